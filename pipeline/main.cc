@@ -26,7 +26,9 @@ void AddCameras(Options& app, PipelineOptions& options) {
   app.Add("--square-mm", options.square_mm, "Side of its squares (as lumi-calibrate)");
   pass_option("--masks", "Folder of NAME.png, black = ignore");
   pass_option("--database", "COLMAP database whose features and matches are reused");
-  pass_option("--matching", "auto, exhaustive or sequential");
+  pass_option("--matching", "auto, exhaustive, similar or sequential");
+  pass_option("--partners", "similar: photos that each is matched with first");
+  pass_option("--mapper", "quick, careful or hierarchical");
   pass_option("--quality", "auto, low, medium or high");
   pass_option("--single-camera", "auto, yes or no");
   pass_option("--min-registered", "Fail unless this fraction of the photos gets a camera");
@@ -90,8 +92,8 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
   app.Flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised");
   app.Flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of");
   app.Flag("--tradeoff", steady.tradeoff,
-           "Also the frames a picture may use, k, rounds of the path and size against stability and seconds, on the "
-           "first window: table, OUT-work/tradeoff.json and .svg");
+           "Also the frames a picture may use, k, rounds of the path, size, least width and cutoffs against stability, "
+           "kept area, distortion and seconds, on the first window: table, OUT-work/tradeoff.json and .svg");
   app.Flag("--no-score{false}", steady.score, "No comparison of input and output");
   app.Pass("--cutoff-hz", steady.path_arguments, "Movements of this frequency are halved (as lumi-stabilize)");
   app.Pass("--similar-hz", steady.path_arguments,
@@ -129,7 +131,8 @@ int main(int argc, char** argv) {
       .OneOf({"auto", "plane", "planes", "box", "delaunay", "dense", "moving", "hull"})
       .Default();
   app.Add("--proxy-minutes", options.proxy_minutes,
-          "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: as long as the cameras took");
+          "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: as long as the cameras took, or 15 "
+          "seconds a photo up to 20 minutes where that is longer");
   app.Add("--silhouette-rule", options.silhouette_rule,
           "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");

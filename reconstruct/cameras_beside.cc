@@ -15,7 +15,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kTransforms = "transforms.json";
-constexpr const char* kNone = "none";
 
 bool IsFolder(const fs::path& path) {
   std::error_code ec;
@@ -70,13 +69,14 @@ fs::path PhotosBeside(const fs::path& folder, const fs::path& cameras) {
 const char* FindsThemItself(const ReconstructOptions& o) {
   if (o.rig != Rig::kNone) return "--rig";
   if (o.backend == Backend::kFactorization) return "--backend factorization";
+  if (o.mapper != Mapper::kQuick) return "--mapper";
   return o.tradeoff ? "--tradeoff" : nullptr;
 }
 
 }  // namespace
 
 void TakeCamerasBeside(ReconstructOptions& options, ProgressSink& sink) {
-  const bool anew = options.poses == kNone;
+  const bool anew = options.poses == kCamerasAnew;
   if (anew) options.poses.clear();
   const fs::path input = options.input;
   const bool json = IsFile(input) && input.extension() == ".json";

@@ -175,7 +175,9 @@ FoundTracks FindTracks(const Capture& capture, const ReconstructOptions& options
     match.seed = options.seed;
     if (options.features > 0) match.max_features = options.features;
     if (options.max_image_size_px > 0) match.max_size_px = options.max_image_size_px;
-    if (options.matching == Matching::kAuto && capture.photos.size() > kMaxMatchedWithAll) match.partners = kPartners;
+    if (options.matching == Matching::kSimilar ||
+        (options.matching == Matching::kAuto && capture.photos.size() > kMaxMatchedWithAll))
+      match.partners = options.partners > 0 ? options.partners : kPartners;
     found.tracks = MatchPhotos(PhotoSource(capture.folder, Names(capture), options.masks), match, sink);
     return found;
   }

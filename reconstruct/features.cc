@@ -353,7 +353,7 @@ void MatchChosen(const Capture& capture, const std::vector<std::string>& names, 
   if (choice == PairChoice::kNeighbours) return match(features.own ? Neighbours(n) : PhotoPairs());
   if (hints.is_all && !hints.near.empty()) return match(hints.near);
   const ViewGraph graph(names, features.database, job.options.seed, job.sink);
-  PhotoPairs tried = Joined(graph.Similar(capture.is_video ? kSimilarFrames : kSimilarPhotos), hints.near);
+  PhotoPairs tried = Joined(graph.Similar(PartnersOf(job.options, capture.is_video)), hints.near);
   tried = Joined(std::move(tried), capture.is_video ? Neighbours(n) : NearByGps(capture.photos));
   match(tried);
   for (int round = 0; round < kMoreRounds; ++round) {
@@ -440,10 +440,17 @@ FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos) {
 PairChoice ChoosePairs(const ReconstructOptions& options, std::size_t photos, bool is_video) {
   switch (options.matching) {
     case Matching::kExhaustive: return PairChoice::kAll;
+    case Matching::kSimilar: return PairChoice::kListed;
     case Matching::kSequential: return PairChoice::kNeighbours;
     case Matching::kAuto: break;
   }
+  if (options.partners > 0) return PairChoice::kListed;
   return photos > (is_video ? kMaxExhaustiveKeyframes : kMaxExhaustivePhotos) ? PairChoice::kListed : PairChoice::kAll;
+}
+
+int PartnersOf(const ReconstructOptions& options, bool is_video) {
+  if (options.partners > 0) return options.partners;
+  return is_video ? kSimilarFrames : kSimilarPhotos;
 }
 
 Features FindAndMatchFeatures(const Capture& capture, const CameraPlan& cameras, const ColmapJob& job,

@@ -45,6 +45,8 @@ FeatureLimits LimitsFor(const ReconstructOptions& options, std::size_t photos);
 // listed, by what is known of the cameras or by what the photos show.
 enum class PairChoice { kAll, kNeighbours, kListed };
 PairChoice ChoosePairs(const ReconstructOptions& options, std::size_t photos, bool is_video);
+// How many photos that look most like it each is matched with at first, where they are listed.
+int PartnersOf(const ReconstructOptions& options, bool is_video);
 
 // Whether features are found and matched here, and not by COLMAP.
 bool UseOwnFeatures(const ReconstructOptions& options);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -37,6 +38,7 @@ struct SeenPoint {
 };
 
 using Vector7d = Eigen::Matrix<double, kLensUnknowns, 1>;
+using LensInformation = Eigen::Matrix<double, kLensUnknowns, kLensUnknowns>;
 
 Eigen::Vector3d Moved(const Vector7d& by, const Eigen::Vector3d& x_in_cam) {
   const Eigen::Vector3d turn = by.head<3>();
@@ -44,6 +46,16 @@ Eigen::Vector3d Moved(const Vector7d& by, const Eigen::Vector3d& x_in_cam) {
   const Eigen::Vector3d turned =
       angle > 0 ? Eigen::Vector3d(Eigen::AngleAxisd(angle, turn / angle) * x_in_cam) : x_in_cam;
   return turned + by.segment<3>(3);
+}
+
+// The inverse's last entry, or nullopt where there is none. Turns and shifts have other units than a logarithm: scaled
+// before they are inverted.
+std::optional<double> LastOfInverse(const LensInformation& information) {
+  if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;
+  const Vector7d scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  const auto inverse = InverseOf(scale.asDiagonal() * information * scale.asDiagonal());
+  if (!inverse) return std::nullopt;
+  return (*inverse)(kLensUnknowns - 1, kLensUnknowns - 1) * scale[kLensUnknowns - 1] * scale[kLensUnknowns - 1];
 }
 
 FocalOfView FocalFrom(const Camera& camera, const std::vector<SeenPoint>& seen) {
@@ -59,7 +71,7 @@ FocalOfView FocalFrom(const Camera& camera, const std::vector<SeenPoint>& seen) 
     return Eigen::Vector2d(principal_point + std::exp(by[6]) * (*x - principal_point));
   };
   double squares = 0;
-  Eigen::Matrix<double, kLensUnknowns, kLensUnknowns> information;
+  LensInformation information;
   const auto cost = [&](const Vector7d& by, NormalEquations<kLensUnknowns>* normal) {
     double sum = 0;
     squares = 0;
@@ -95,20 +107,11 @@ FocalOfView FocalFrom(const Camera& camera, const std::vector<SeenPoint>& seen) 
   MinimiseSquares<kLensUnknowns>({.max_iterations = 15}, cost, by);
   NormalEquations<kLensUnknowns> normal(kLensUnknowns);
   if (!std::isfinite(cost(by, &normal))) return result;
-  // Turns and shifts have other units than a logarithm: scaled before they are inverted.
-  Vector7d scale = Vector7d::Ones();
-  for (int k = 0; k < kLensUnknowns; ++k)
-    if (!(information(k, k) > 0))
-      return result;
-    else
-      scale[k] = 1 / std::sqrt(information(k, k));
-  const Eigen::Matrix<double, kLensUnknowns, kLensUnknowns> scaled =
-      scale.asDiagonal() * information * scale.asDiagonal();
-  const auto inverse = InverseOf(scaled);
-  if (!inverse) return result;
+  const auto variance_of_focal = LastOfInverse(information);
+  if (!variance_of_focal) return result;
   const double variance = squares / static_cast<double>(2 * seen.size() - kLensUnknowns);
   result.ratio = std::exp(by[6]);
-  result.sigma = std::sqrt(std::max(0.0, (*inverse)(6, 6) * scale[6] * scale[6] * variance));
+  result.sigma = std::sqrt(std::max(0.0, *variance_of_focal * variance));
   return result;
 }
 

@@ -91,10 +91,24 @@ void AddEstimation(Options& app, ReconstructOptions& o) {
           "COLMAP database whose features and matches are reused (copied). Default: database.db beside the folder of "
           "photos");
   app.Add("--component", o.component, "Which part of a split scene to take, by size from 0").Default();
-  app.Add("--matching", o.matching,
-          "auto, exhaustive or sequential. auto: exhaustive up to 100 photos or 60 keyframes, beyond that those that "
-          "look alike",
-          {{"auto", Matching::kAuto}, {"exhaustive", Matching::kExhaustive}, {"sequential", Matching::kSequential}});
+  app.Add(
+      "--matching", o.matching,
+      "Which photos are matched with which: exhaustive (each with each), similar (those that look alike) or sequential "
+      "(neighbours in the order of names). auto: exhaustive up to 100 photos or 60 keyframes, beyond that similar",
+      {{"auto", Matching::kAuto},
+       {"exhaustive", Matching::kExhaustive},
+       {"similar", Matching::kSimilar},
+       {"sequential", Matching::kSequential}});
+  app.Add("--partners", o.partners,
+          "similar: each photo is matched first with so many that look most like it; 0: 40, keyframes of a video 10, "
+          "with "
+          "factorization 20")
+      .Default();
+  app.Add(
+      "--mapper", o.mapper,
+      "colmap: quick (its incremental mapper, adjustments between photos end early; the default), careful (by its own "
+      "bounds) or hierarchical (parts of about 100 photos placed by themselves, then joined)",
+      {{"quick", Mapper::kQuick}, {"careful", Mapper::kCareful}, {"hierarchical", Mapper::kHierarchical}});
   app.Add("--quality", o.quality,
           "auto, low (1200 px, 2048 features), medium (2000 px, 4096) or high (3200 px, 8192). auto: by the number of "
           "photos",
@@ -172,8 +186,8 @@ int main(int argc, char** argv) {
   AddKnown(app, o);
   app.Flag("--tradeoff", o.tradeoff,
            "Also accuracy against seconds over the backend's dials (factorization: features, window, adjustment; "
-           "colmap: image size, features): "
-           "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes about ten times as long");
+           "colmap: image size, features, pairs, mapper, who finds the features): "
+           "table, SCENE/tradeoff/BACKEND.json, .csv and .svg. Takes ten to twenty times as long");
   app.Add("--reference", o.reference,
           "--tradeoff: scene, COLMAP model or truth/ of a simulated capture to compare with. Default: truth/ beside "
           "the photos, else the dearest setting's cameras");

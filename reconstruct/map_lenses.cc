@@ -1,3 +1,5 @@
+#include "reconstruct/map_lenses.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 
 #include "reconstruct/colmap_database.h"
 #include "reconstruct/lenses.h"
-#include "reconstruct/mapping.h"
 #include "reconstruct/reprojection.h"
 #include "reconstruct/standing.h"
 #include "scene/program/error.h"

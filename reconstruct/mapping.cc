@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "reconstruct/colmap_database.h"
+#include "reconstruct/groups.h"
 #include "reconstruct/merge_models.h"
 #include "reconstruct/reprojection.h"
 #include "reconstruct/standing.h"
@@ -32,22 +35,29 @@ constexpr std::size_t kPhotosForPrincipalPoint = 6;
 // Lenses are centred: a principal point further from the photo's middle (as a fraction of its diagonal) is a fit to
 // something else.
 constexpr double kMaxPrincipalPointShift = 0.05;
-// Points beyond so many times the median error are left out before the cameras are polished.
-constexpr double kOutlierFactor = 3;
+// A group that was moved as a whole is some pixels off yet, and so are the points that tie it: they stay at first.
+constexpr double kOutlierFactorOfMoved = 20;
 
 // Least squares may raise the mean error a little while it lowers the mean square; not by more than this.
 constexpr double kWorse = 1.02;
 
 // The last adjustment stops where a step lowers the cost by less than this share: COLMAP's default of 0 takes all
-// iterations (29 for desk's 24 photos instead of 6, the same to 1e-4 of a degree).
+// iterations, five times as many, for the same cameras to 1e-4 of a degree.
 constexpr const char* kPolishTolerance = "1e-8";
 
 // While cameras are placed, adjustments stop earlier: others follow. All cameras are adjusted when there are a fifth
 // more of them or of points (COLMAP: a tenth); small models on several cores, too (COLMAP: from 50,000 residuals on).
-// Desk 17.4 -> 11 s, fox 43.9 -> 20.0 s, and after polishing the same cameras within their own scatter.
+// Half of the time, and after polishing the same cameras within their own scatter.
 constexpr const char* kMappingTolerance = "1e-6";
 constexpr const char* kGrowthBetweenAdjustments = "1.2";
 constexpr const char* kResidualsForThreads = "5000";
+const std::vector<ColmapOption> kEndEarly = {{"Mapper.ba_local_function_tolerance", kMappingTolerance, false},
+                                             {"Mapper.ba_global_function_tolerance", kMappingTolerance, false},
+                                             {"Mapper.ba_global_images_ratio", kGrowthBetweenAdjustments, false},
+                                             {"Mapper.ba_global_points_ratio", kGrowthBetweenAdjustments, false}};
+
+// Photos of a part that the hierarchical mapper places by itself; by default one part may hold 500.
+constexpr const char* kPhotosOfAPart = "100";
 
 // A scene with less than this share of the photos is tried once more, with bounds for photos that are close together.
 constexpr double kPoorFraction = 0.5;
@@ -101,7 +111,7 @@ void MergeParts(std::vector<Part>& parts, const ColmapDatabase& database, Progre
     sink.Message(
         fmt::format("two parts of {} and {} photos that COLMAP did not join have {} photos and {} points in "
                     "common: they are one now, of {}",
-                    into.views.size(), from.views.size(), merged->common_photos, merged->common_points,
+                    into.views.size(), from.views.size(), merged->tie.common_photos, merged->tie.common_points,
                     merged->scene.views.size()));
     into = std::move(merged->scene);
     parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(i));
@@ -113,6 +123,92 @@ std::string ShootHint(std::size_t photos) {
   return photos <= 2 ? "photos of one thing from places a few steps apart are needed; three or more are better"
                      : "shoot so that each photo shows two thirds of the last one, sharp, from a new place; if the "
                        "cameras are known already, give them with --poses";
+}
+
+// The hierarchical mapper knows no list of photos: it takes all of the database.
+bool HoldsOnly(const Capture& capture, const fs::path& database, ProgressSink& sink) {
+  std::set<std::string> names;
+  for (const InputPhoto& photo : capture.photos) names.insert(photo.name);
+  const bool only = std::ranges::all_of(ColmapDatabase(database).Images(),
+                                        [&](const DatabaseImage& image) { return names.contains(image.name); });
+  if (!only) sink.Message("the database has photos that are not here: placed by the incremental mapper");
+  return only;
+}
+
+// The parts that COLMAP's mapper finds, the largest first; never none.
+std::vector<Part> PlacePhotos(const Capture& capture, const CameraPlan& cameras, const Features& features,
+                              const ColmapJob& job) {
+  const auto& [options, work_folder, colmap, sink] = job;
+  const fs::path sparse = work_folder / "sparse";
+  std::error_code ec;
+  fs::remove_all(sparse, ec);
+  fs::create_directories(sparse);
+  const auto n = capture.photos.size();
+  const std::string refine = cameras.known ? "0" : "1";
+  std::vector<ColmapOption> arguments = {
+      {"database_path", features.database.string()},
+      {"image_path", capture.folder.string()},
+      {"output_path", sparse.string()},
+      {"image_list_path", (work_folder / kPhotoList).string(), false},
+      {"Mapper.ba_refine_focal_length", refine},
+      {"Mapper.ba_refine_principal_point", "0"},
+      {"Mapper.ba_refine_extra_params", refine},
+      {"Mapper.min_model_size", "3"},
+      {"Mapper.max_num_models", "10"},
+      {"Mapper.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
+      {"Mapper.ba_min_num_residuals_for_multi_threading", kResidualsForThreads, false},
+      {"random_seed", std::to_string(options.seed), false}};
+  if (options.mapper != Mapper::kCareful) arguments.insert(arguments.end(), kEndEarly.begin(), kEndEarly.end());
+  int rc = 0;
+  if (options.mapper == Mapper::kHierarchical && HoldsOnly(capture, features.database, sink)) {
+    std::vector<ColmapOption> hierarchical = arguments;
+    std::erase_if(hierarchical, [](const ColmapOption& o) { return o.name == "image_list_path"; });
+    hierarchical.push_back({"leaf_max_num_images", kPhotosOfAPart});
+    if (options.threads > 0) hierarchical.push_back({"num_workers", std::to_string(options.threads)});
+    rc = colmap.Run("hierarchical_mapper", hierarchical, "placing cameras part by part (COLMAP)", static_cast<long>(n));
+  } else {
+    rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
+  }
+  std::vector<Part> parts = ReadParts(sparse);
+  const auto trusted = [](const std::vector<Part>& p) { return !p.empty() && Distrust(p.front().scene).empty(); };
+  if (!trusted(parts) ||
+      static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
+    // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it
+    // begins with a bad one. Once more with milder bounds; the larger scene stays.
+    const fs::path second = work_folder / "sparse-mild";
+    fs::remove_all(second, ec);
+    fs::create_directories(second);
+    std::vector<ColmapOption> mild = arguments;
+    mild[2].value = second.string();
+    mild.push_back({"Mapper.init_min_tri_angle", kMildInitialAngleDeg});
+    mild.push_back({"Mapper.init_min_num_inliers", kMildInitialInliers});
+    mild.push_back({"Mapper.abs_pose_min_num_inliers", kMildPoseInliers});
+    const int mild_rc =
+        colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
+    std::vector<Part> others = ReadParts(second);
+    if (trusted(others) && (!trusted(parts) || others.front().scene.views.size() > parts.front().scene.views.size())) {
+      parts = std::move(others);
+      rc = mild_rc;
+    }
+  }
+  if (parts.empty())
+    throw DataError(fmt::format("COLMAP found no two of the {} photos that show one thing from different places{}", n,
+                                rc == 0 ? "" : fmt::format(" (it ended with {}: {})", rc, colmap.LastComplaint())),
+                    ShootHint(n));
+  return parts;
+}
+
+// Cameras of groups that nothing verifies, to the front.
+void NameGroups(const std::vector<HangingGroup>& groups, std::vector<CameraStanding>& standings) {
+  for (const HangingGroup& group : groups)
+    for (CameraStanding& s : standings)
+      if (std::ranges::find(group.photos, s.name) != group.photos.end()) {
+        s.placed_anew = s.placed_anew || group.moved;
+        if (!group.moved && s.remark.empty())
+          s.remark = fmt::format("tied to the other photos, with {} more, by {} points only", group.photos.size() - 1,
+                                 group.points);
+      }
+  std::ranges::stable_sort(standings, {}, [](const CameraStanding& s) { return s.remark.empty(); });
 }
 
 bool PrincipalPointsPlausible(const Scene& scene) {
@@ -135,9 +231,10 @@ Scene WithoutOutliers(const Scene& scene, double factor) {
   return clean;
 }
 
-Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job) {
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job,
+                    double outlier_factor) {
   const auto& [options, work_folder, colmap, sink] = job;
-  Scene clean = WithoutOutliers(scene, kOutlierFactor);
+  Scene clean = WithoutOutliers(scene, outlier_factor);
   const double error_before_px = UpdatePointErrors(clean);
   std::vector<std::size_t> photos(scene.cameras.size(), 0);
   for (const View& view : scene.views) ++photos[static_cast<std::size_t>(view.camera.value)];
@@ -205,77 +302,48 @@ std::string Distrust(const Scene& scene) {
 StandingCameras KeepCamerasThatStand(Scene& scene, const CameraPlan& cameras, const Features& features,
                                      const ColmapJob& job) {
   const ColmapDatabase database(features.database);
-  VerifiedCameras verified = VerifyCameras(scene, VerifiedMatchesOf(scene, database));
+  const std::vector<ViewMatches> matches = VerifiedMatchesOf(scene, database);
+  VerifiedGroups joined = VerifyGroups(scene, matches);
+  for (const HangingGroup& group : joined.groups)
+    job.sink.Message(group.moved
+                         ? fmt::format("{} photos ({} ...) were placed together in a wrong place: they were moved "
+                                       "as a whole to where their matches have them",
+                                       group.photos.size(), group.photos.front())
+                         : fmt::format("{} photos ({} ...) are tied to the others by {} points only",
+                                       group.photos.size(), group.photos.front(), group.points));
+  VerifiedCameras verified = VerifyCameras(std::move(joined.scene), matches);
   StandingCameras standing{std::move(verified.standings), std::move(verified.left_out)};
-  if (!verified.changed) return standing;
+  if (!joined.changed && !verified.changed) {
+    NameGroups(joined.groups, standing.standings);
+    return standing;
+  }
   std::set<std::string> anew;
   for (const CameraStanding& s : standing.standings)
     if (s.placed_anew) anew.insert(s.name);
-  job.sink.Message(
-      fmt::format("{} of {} cameras did not stand where their points have them: {} placed anew, {} left out",
-                  anew.size() + standing.left_out.size(), scene.views.size(), anew.size(), standing.left_out.size()));
+  if (verified.changed)
+    job.sink.Message(
+        fmt::format("{} of {} cameras did not stand where their points have them: {} placed anew, {} left out",
+                    anew.size() + standing.left_out.size(), scene.views.size(), anew.size(), standing.left_out.size()));
   const fs::path folder = scene.image_folder;
   UpdatePointErrors(verified.scene);
+  if (joined.changed) {
+    verified.scene =
+        PolishCameras(verified.scene, cameras.known.has_value(), kPolishIterations, job, kOutlierFactorOfMoved);
+    UpdatePointErrors(verified.scene);
+  }
   scene = PolishCameras(verified.scene, cameras.known.has_value(), kPolishIterations, job);
   scene.image_folder = folder;
   standing.standings = MeasureStandings(scene, VerifiedMatchesOf(scene, database));
   for (CameraStanding& s : standing.standings) s.placed_anew = anew.contains(s.name);
+  NameGroups(joined.groups, standing.standings);
   return standing;
 }
 
 Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
-  const fs::path sparse = work_folder / "sparse";
-  std::error_code ec;
-  fs::remove_all(sparse, ec);
-  fs::create_directories(sparse);
-  StepClock clock;
   const auto n = capture.photos.size();
-  const std::string refine = cameras.known ? "0" : "1";
-  std::vector<ColmapOption> arguments = {
-      {"database_path", features.database.string()},
-      {"image_path", capture.folder.string()},
-      {"output_path", sparse.string()},
-      {"image_list_path", (work_folder / kPhotoList).string(), false},
-      {"Mapper.ba_refine_focal_length", refine},
-      {"Mapper.ba_refine_principal_point", "0"},
-      {"Mapper.ba_refine_extra_params", refine},
-      {"Mapper.min_model_size", "3"},
-      {"Mapper.max_num_models", "10"},
-      {"Mapper.num_threads", options.threads > 0 ? std::to_string(options.threads) : "-1"},
-      {"Mapper.ba_local_function_tolerance", kMappingTolerance, false},
-      {"Mapper.ba_global_function_tolerance", kMappingTolerance, false},
-      {"Mapper.ba_global_images_ratio", kGrowthBetweenAdjustments, false},
-      {"Mapper.ba_global_points_ratio", kGrowthBetweenAdjustments, false},
-      {"Mapper.ba_min_num_residuals_for_multi_threading", kResidualsForThreads, false},
-      {"random_seed", std::to_string(options.seed), false}};
-  int rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
-  std::vector<Part> parts = ReadParts(sparse);
-  const auto trusted = [](const std::vector<Part>& p) { return !p.empty() && Distrust(p.front().scene).empty(); };
-  if (!trusted(parts) ||
-      static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
-    // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it
-    // begins with a bad one. Once more with milder bounds; the larger scene stays.
-    const fs::path second = work_folder / "sparse-mild";
-    fs::remove_all(second, ec);
-    fs::create_directories(second);
-    std::vector<ColmapOption> mild = arguments;
-    mild[2].value = second.string();
-    mild.push_back({"Mapper.init_min_tri_angle", kMildInitialAngleDeg});
-    mild.push_back({"Mapper.init_min_num_inliers", kMildInitialInliers});
-    mild.push_back({"Mapper.abs_pose_min_num_inliers", kMildPoseInliers});
-    const int mild_rc =
-        colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
-    std::vector<Part> others = ReadParts(second);
-    if (trusted(others) && (!trusted(parts) || others.front().scene.views.size() > parts.front().scene.views.size())) {
-      parts = std::move(others);
-      rc = mild_rc;
-    }
-  }
-  if (parts.empty())
-    throw DataError(fmt::format("COLMAP found no two of the {} photos that show one thing from different places{}", n,
-                                rc == 0 ? "" : fmt::format(" (it ended with {}: {})", rc, colmap.LastComplaint())),
-                    ShootHint(n));
+  StepClock clock;
+  std::vector<Part> parts = PlacePhotos(capture, cameras, features, job);
   if (parts.size() > 1) MergeParts(parts, ColmapDatabase(features.database), sink);
   const auto wanted = static_cast<std::size_t>(options.component);
   if (wanted >= parts.size())

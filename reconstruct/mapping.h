@@ -1,4 +1,4 @@
-// COLMAP's incremental mapping, its outcome checked: which part of a split scene is taken, whether it is more than a
+// COLMAP's mapping, its outcome checked: which part of a split scene is taken, whether it is more than a
 // chance alignment, and the cameras polished.
 #pragma once
 
@@ -23,21 +23,19 @@ struct Mapping {
 // Throws DataError when there is no model that can be trusted.
 Mapping MapScene(const Capture& capture, const CameraPlan& cameras, const Features& features, const ColmapJob& job);
 
-// MapScene, and where it shows photos that share a camera for want of EXIF but were not taken by one lens (lenses.h),
-// or places fewer than nine in ten: once more with a camera a photo, those alike shared again afterwards. The second
-// way is taken where it places more photos, or as many with clearly smaller errors. A video's lens is one.
-Mapping MapScenePerLens(const Capture& capture, const CameraPlan& cameras, const Features& features,
-                        const ColmapJob& job);
+constexpr int kPolishIterations = 100;  // COLMAP's own bound
+// Points beyond so many times the median error are left out before cameras are polished.
+constexpr double kOutlierFactor = 3;
 
 // The scene without outliers after one more bundle adjustment by COLMAP, where that leaves its points no further off
 // than they were; else the scene as it was. Unless the lens is known, it is adjusted too; where many photos share a
 // camera, with its principal point free: held at the photo's middle it bends every rotation by its own error (half a
 // degree on a real camera). scene.points[].error_px must be set.
-Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job);
-constexpr int kPolishIterations = 100;  // COLMAP's own bound
+Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job,
+                    double outlier_factor = kOutlierFactor);
 
-// What VerifyCameras (standing.h) finds wrong with a mapping's scene is put right: cameras placed anew or left out, and
-// where any was, all polished once more. Of the scene as it then is.
+// What VerifyGroups (groups.h) and VerifyCameras (standing.h) find wrong with a mapping's scene is put right: groups
+// moved, cameras placed anew or left out, and where any was, all polished once more. Of the scene as it then is.
 struct StandingCameras {
   std::vector<CameraStanding> standings;
   std::vector<MissingPhoto> left_out;

@@ -29,27 +29,34 @@ using PixelOfView = std::pair<std::int32_t, std::pair<double, double>>;
 PixelOfView At(ViewId view, const Eigen::Vector2d& x_px) { return {view.value, {x_px.x(), x_px.y()}}; }
 
 // Both models' photos, each once: a's views, then those of b that a lacks.
-struct JointViews {
-  Scene scene;                     // views only, and cameras
-  std::vector<std::int32_t> of_b;  // b's views in it
+struct BInA {
+  std::vector<std::int32_t> view;  // of b -> its number among both
   int common = 0;
 };
 
-JointViews Join(const Scene& a, const Scene& b,
-                const std::function<bool(const std::string&, const std::string&)>& same_camera) {
-  JointViews joint;
-  joint.scene.cameras = a.cameras;
-  joint.scene.views = a.views;
-  joint.scene.image_folder = a.image_folder;
+BInA PlaceOf(const Scene& a, const Scene& b) {
   std::map<std::string, std::int32_t> of_a;
   for (std::size_t v = 0; v < a.views.size(); ++v) of_a[a.views[v].name] = static_cast<std::int32_t>(v);
-  std::map<std::int32_t, CameraId> camera_of_b;
+  BInA place;
+  auto next = static_cast<std::int32_t>(a.views.size());
   for (const View& view : b.views) {
-    if (const auto it = of_a.find(view.name); it != of_a.end()) {
-      joint.of_b.push_back(it->second);
-      ++joint.common;
-      continue;
-    }
+    const auto it = of_a.find(view.name);
+    place.view.push_back(it != of_a.end() ? it->second : next++);
+    place.common += it != of_a.end();
+  }
+  return place;
+}
+
+// Views only, and cameras.
+Scene JoinedViews(const Scene& a, const Scene& b, const BInA& place, const SameCamera& same_camera) {
+  Scene joint;
+  joint.cameras = a.cameras;
+  joint.views = a.views;
+  joint.image_folder = a.image_folder;
+  std::map<std::int32_t, CameraId> camera_of_b;
+  for (std::size_t v = 0; v < b.views.size(); ++v) {
+    const View& view = b.views[v];
+    if (static_cast<std::size_t>(place.view[v]) < a.views.size()) continue;
     auto [camera, is_new] = camera_of_b.try_emplace(view.camera.value);
     if (is_new) {
       const auto shared =
@@ -57,26 +64,34 @@ JointViews Join(const Scene& a, const Scene& b,
       if (shared != a.views.end()) {
         camera->second = shared->camera;
       } else {
-        camera->second = CameraId{static_cast<std::int32_t>(joint.scene.cameras.size())};
-        joint.scene.cameras.push_back(b.CameraOf(view));
+        camera->second = CameraId{static_cast<std::int32_t>(joint.cameras.size())};
+        joint.cameras.push_back(b.CameraOf(view));
       }
     }
-    joint.of_b.push_back(static_cast<std::int32_t>(joint.scene.views.size()));
-    joint.scene.views.push_back(view);
-    joint.scene.views.back().camera = camera->second;
+    joint.views.push_back(view);
+    joint.views.back().camera = camera->second;
   }
   return joint;
 }
 
 // Points of a and b that a pixel or a match ties together: each once, with the partner that most tie it to.
-std::vector<std::pair<std::int32_t, std::int32_t>> CommonPoints(const Scene& a, const Scene& b, const JointViews& joint,
+std::vector<std::pair<std::int32_t, std::int32_t>> CommonPoints(const Scene& a, const Scene& b, const BInA& place,
                                                                 const std::vector<ViewMatches>& matches) {
+  // Only photos that both have, or that a match names, can tie anything.
+  std::vector<char> asked(a.views.size() + b.views.size(), 0);
+  for (const std::int32_t v : place.view)
+    if (static_cast<std::size_t>(v) < a.views.size()) asked[static_cast<std::size_t>(v)] = 1;
+  for (const ViewMatches& m : matches)
+    for (const ViewId view : {m.a, m.b}) asked[static_cast<std::size_t>(view.value)] = 1;
   std::map<PixelOfView, std::int32_t> in_a, in_b;
+  const auto note = [&](auto& in, ViewId view, const Observation& o, std::size_t point) {
+    if (asked[static_cast<std::size_t>(view.value)]) in[At(view, o.x_px)] = static_cast<std::int32_t>(point);
+  };
   for (std::size_t p = 0; p < a.points.size(); ++p)
-    for (const Observation& o : a.points[p].track) in_a[At(o.view, o.x_px)] = static_cast<std::int32_t>(p);
+    for (const Observation& o : a.points[p].track) note(in_a, o.view, o, p);
   for (std::size_t p = 0; p < b.points.size(); ++p)
     for (const Observation& o : b.points[p].track)
-      in_b[At(ViewId{joint.of_b[static_cast<std::size_t>(o.view.value)]}, o.x_px)] = static_cast<std::int32_t>(p);
+      note(in_b, ViewId{place.view[static_cast<std::size_t>(o.view.value)]}, o, p);
   std::map<std::pair<std::int32_t, std::int32_t>, int> votes;
   const auto vote = [&](const PixelOfView& of_a, const PixelOfView& of_b) {
     const auto p = in_a.find(of_a), q = in_b.find(of_b);
@@ -125,10 +140,12 @@ bool LieOnALine(const std::vector<Eigen::Vector3d>& points) {
   return !(extent2[1] > kMinFlatness * kMinFlatness * extent2[2]);
 }
 
-// A model that is taken over: its points under the similarity, tied to those that are the same.
-Scene TakeOver(const Scene& a, const Scene& b, const JointViews& joint, const Similarity3& a_from_b,
-               const std::map<std::int32_t, std::int32_t>& same_of_b) {
-  Scene merged = joint.scene;
+}  // namespace
+
+Scene JoinModels(const Scene& a, const Scene& b, const ModelTie& tie, const SameCamera& same_camera) {
+  const auto& [a_from_b, common_photos, common_points, agree_unmoved, same_of_b] = tie;
+  const BInA of_b = PlaceOf(a, b);
+  Scene merged = JoinedViews(a, b, of_b, same_camera);
   for (std::size_t v = a.views.size(); v < merged.views.size(); ++v)
     merged.views[v].cam_from_world = TransformPose(merged.views[v].cam_from_world, a_from_b);
   merged.points = a.points;
@@ -142,7 +159,7 @@ Scene TakeOver(const Scene& a, const Scene& b, const JointViews& joint, const Si
     const auto same = same_of_b.find(static_cast<std::int32_t>(q));
     Point& target = same == same_of_b.end() ? moved : merged.points[static_cast<std::size_t>(same->second)];
     for (Observation o : b.points[q].track) {
-      o.view.value = joint.of_b[static_cast<std::size_t>(o.view.value)];
+      o.view.value = of_b.view[static_cast<std::size_t>(o.view.value)];
       const bool seen = std::ranges::any_of(target.track, [&](const Observation& t) { return t.view == o.view; });
       if (!seen && taken.insert(At(o.view, o.x_px)).second) target.track.push_back(o);
     }
@@ -163,13 +180,9 @@ Scene TakeOver(const Scene& a, const Scene& b, const JointViews& joint, const Si
   return merged;
 }
 
-}  // namespace
-
-std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b,
-                                       const std::function<std::vector<ViewMatches>(const Scene&)>& matches_of,
-                                       const std::function<bool(const std::string&, const std::string&)>& same_camera) {
-  const JointViews joint = Join(a, b, same_camera);
-  const auto common = CommonPoints(a, b, joint, matches_of(joint.scene));
+std::optional<ModelTie> TieModels(const Scene& a, const Scene& b, const std::vector<ViewMatches>& matches) {
+  const BInA of_b = PlaceOf(a, b);
+  const auto common = CommonPoints(a, b, of_b, matches);
   if (common.size() < kMinCommonPoints) return std::nullopt;
   // Similarities and their inverses: a place must be right in both models' photos.
   const auto error = [&](const Similarity3& a_from_b, std::size_t i) {
@@ -186,7 +199,8 @@ std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b,
     }
     return LieOnALine(to) || LieOnALine(from) ? Similarity3{.scale = 0} : AlignPoints(from, to);
   };
-  Consensus<Similarity3, decltype(error)> best(common.size(), kMaxMergeErrorPx * kMaxMergeErrorPx, error);
+  constexpr double kMaxError2 = kMaxMergeErrorPx * kMaxMergeErrorPx;
+  Consensus<Similarity3, decltype(error)> best(common.size(), kMaxError2, error);
   std::mt19937_64 random(1);
   const auto offer = [&](const auto& which) {
     const Similarity3 similarity = fit(which);
@@ -206,10 +220,18 @@ std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b,
   if (same.size() < kMinCommonPoints ||
       static_cast<double>(same.size()) < kMinCommonShare * static_cast<double>(common.size()) || fit(same).scale <= 0)
     return std::nullopt;
-  std::map<std::int32_t, std::int32_t> same_of_b;
-  for (const std::size_t i : same) same_of_b[common[i].second] = common[i].first;
-  return MergedModel{TakeOver(a, b, joint, best.best(), same_of_b), best.best(), joint.common,
-                     static_cast<int>(same.size())};
+  ModelTie tie{best.best(), of_b.common, static_cast<int>(same.size()), 0, {}};
+  for (std::size_t i = 0; i < common.size(); ++i) tie.agree_unmoved += error(Similarity3(), i) < kMaxError2;
+  for (const std::size_t i : same) tie.same_of_b[common[i].second] = common[i].first;
+  return tie;
+}
+
+std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b, const MatchesOf& matches_of,
+                                       const SameCamera& same_camera) {
+  auto tie = TieModels(a, b, matches_of(JoinedViews(a, b, PlaceOf(a, b), same_camera)));
+  if (!tie) return std::nullopt;
+  Scene joined = JoinModels(a, b, *tie, same_camera);
+  return MergedModel{std::move(joined), std::move(*tie)};
 }
 
 }  // namespace lumi

@@ -6,8 +6,11 @@
 // matches of two photos. Three of them give a similarity; the one that most agree on counts (RANSAC), if enough do.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "reconstruct/standing.h"
@@ -21,18 +24,31 @@ namespace lumi {
 constexpr int kMinCommonPoints = 30;
 constexpr double kMinCommonShare = 0.5;
 
-struct MergedModel {
-  Scene scene;  // a's frame; b's photos that a lacks, under the similarity; error_px is not set
+// How two models lie to each other.
+struct ModelTie {
   Similarity3 a_from_b;
   int common_photos = 0;
-  int common_points = 0;  // those that agree
+  int common_points = 0;                           // those that agree
+  int agree_unmoved = 0;                           // those that would with both models as they are, in one frame
+  std::map<std::int32_t, std::int32_t> same_of_b;  // b's points that agree -> a's
 };
+
+struct MergedModel {
+  Scene scene;  // a's frame; b's photos that a lacks, under the similarity; error_px is not set
+  ModelTie tie;
+};
+
+using MatchesOf = std::function<std::vector<ViewMatches>(const Scene&)>;
+using SameCamera = std::function<bool(const std::string&, const std::string&)>;
 
 // a, b: metric, distorted cameras, observations at keypoints. matches_of: the verified matches among a scene's views,
 // as VerifiedMatchesOf gives them. same_camera: whether two photos were taken by one camera whose lens is to be shared.
 // nullopt: too few common points, or on a line.
-std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b,
-                                       const std::function<std::vector<ViewMatches>(const Scene&)>& matches_of,
-                                       const std::function<bool(const std::string&, const std::string&)>& same_camera);
+std::optional<MergedModel> MergeModels(const Scene& a, const Scene& b, const MatchesOf& matches_of,
+                                       const SameCamera& same_camera);
+
+// The two steps of it. matches: among the views of a, then those of b that a lacks.
+std::optional<ModelTie> TieModels(const Scene& a, const Scene& b, const std::vector<ViewMatches>& matches);
+Scene JoinModels(const Scene& a, const Scene& b, const ModelTie& tie, const SameCamera& same_camera);
 
 }  // namespace lumi

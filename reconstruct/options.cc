@@ -10,6 +10,25 @@ namespace lumi {
 
 std::string Name(Backend backend) { return backend == Backend::kColmap ? "colmap" : "factorization"; }
 
+std::string Name(Matching matching) {
+  switch (matching) {
+    case Matching::kAuto: break;
+    case Matching::kExhaustive: return "exhaustive";
+    case Matching::kSimilar: return "similar";
+    case Matching::kSequential: return "sequential";
+  }
+  return "auto";
+}
+
+std::string Name(Mapper mapper) {
+  switch (mapper) {
+    case Mapper::kHierarchical: return "hierarchical";
+    case Mapper::kQuick: break;
+    case Mapper::kCareful: return "careful";
+  }
+  return "quick";
+}
+
 std::string Validate(const ReconstructOptions& o) {
   if (o.input.empty()) return "an input is needed: a folder of photos, or a video";
   if (o.scene.empty()) return "an output folder is needed: -o SCENE";
@@ -17,6 +36,11 @@ std::string Validate(const ReconstructOptions& o) {
   if (o.frame_step < 1) return "--frame-step is 1 or more";
   if (!(o.min_registered >= 0 && o.min_registered <= 1)) return "--min-registered is a fraction from 0 to 1";
   if (o.max_image_size_px < 0 || o.max_features < 0) return "--max-image-size and --max-features are positive";
+  if (o.partners < 0) return "--partners is positive";
+  if (o.partners > 0 && (o.matching == Matching::kExhaustive || o.matching == Matching::kSequential))
+    return "--partners goes with --matching similar";
+  if (o.mapper != Mapper::kQuick && (o.backend != Backend::kColmap || !o.poses.empty() || o.rig != Rig::kNone))
+    return "--mapper goes with cameras that COLMAP estimates";
   if (o.keyframes < 0 || o.keyframes == 1) return "--keyframes needs two or more";
   if (!o.intrinsics.empty() && o.intrinsics.size() != 4)
     return "--intrinsics takes four numbers: fx,fy,cx,cy in pixels";
@@ -99,6 +123,8 @@ std::map<std::string, std::string> OptionsAsText(const ReconstructOptions& o) {
   text["component"] = std::to_string(o.component);
   if (o.finder != FeatureFinder::kAuto) text["finder"] = std::to_string(static_cast<int>(o.finder));
   text["matching"] = std::to_string(static_cast<int>(o.matching));
+  if (o.partners > 0) text["partners"] = std::to_string(o.partners);
+  if (o.mapper != Mapper::kQuick) text["mapper"] = std::to_string(static_cast<int>(o.mapper));
   text["quality"] = std::to_string(static_cast<int>(o.quality));
   text["max_image_size_px"] = std::to_string(o.max_image_size_px);
   text["max_features"] = std::to_string(o.max_features);

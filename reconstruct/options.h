@@ -15,12 +15,15 @@ namespace lumi {
 
 enum class Backend { kColmap, kFactorization };
 enum class Refine { kAuto, kNone, kFocal, kCentre };
-enum class Matching { kAuto, kExhaustive, kSequential };
+enum class Matching { kAuto, kExhaustive, kSequential, kSimilar };
 enum class SingleCamera { kAuto, kYes, kNo };
 enum class Quality { kAuto, kLow, kMedium, kHigh };
 enum class PosesFormat { kUnset, kProjection, kCamFromWorld, kWorldFromCam };
 enum class PixelOrigin { kCorner, kCentre };  // where (0, 0) lies in the upper-left pixel
 enum class Rig { kNone, kRing, kGrid };
+// COLMAP's incremental mapper, adjustments while cameras are placed ended early, or by its own bounds; its hierarchical
+// one, parts placed by themselves and joined.
+enum class Mapper { kHierarchical, kQuick, kCareful };
 enum class FeatureFinder { kAuto, kOwn, kColmap };
 enum class Homographies { kAuto, kAlways, kNever };
 
@@ -46,7 +49,9 @@ struct ReconstructOptions {
   std::filesystem::path database;  // a COLMAP database to take features and matches from (copied); empty: look beside
   int component = 0;               // which part of a split scene, by size; 0 = the largest
   Matching matching = Matching::kAuto;
-  FeatureFinder finder = FeatureFinder::kAuto;  // of features and matches; auto: COLMAP
+  int partners = 0;  // how many photos that look most like it each is matched with at first; 0 = the default
+  Mapper mapper = Mapper::kQuick;
+  FeatureFinder finder = FeatureFinder::kAuto;  // of features and matches; auto: own
   Quality quality = Quality::kAuto;             // sets the next two where they are 0
   int max_image_size_px = 0;                    // features are searched in photos shrunk to this
   int max_features = 0;                         // a photo
@@ -98,7 +103,10 @@ struct ReconstructOptions {
                                      // 0: parallel cameras with the principal point in the middle; none: found
 };
 
+// As the options call them.
 std::string Name(Backend backend);
+std::string Name(Matching matching);
+std::string Name(Mapper mapper);
 
 // What is wrong with the options, or an empty string. Looks at no file.
 std::string Validate(const ReconstructOptions& options);

@@ -19,7 +19,7 @@
 #include "reconstruct/grid.h"
 #include "reconstruct/held_cameras.h"
 #include "reconstruct/known_cameras.h"
-#include "reconstruct/mapping.h"
+#include "reconstruct/map_lenses.h"
 #include "reconstruct/masks.h"
 #include "reconstruct/measure_scene.h"
 #include "reconstruct/missing.h"

@@ -359,7 +359,8 @@ void Replace(Scene& scene, const std::vector<CameraEvidence>& evidence,
   }
 }
 
-// All points from the photos that still hold them; those that fewer than two do are gone.
+}  // namespace
+
 void TriangulateAnew(Scene& scene) {
   const StraightTracks straight = Straighten(scene);
   std::vector<char> stays(scene.points.size(), 0);
@@ -372,8 +373,6 @@ void TriangulateAnew(Scene& scene) {
   std::size_t p = 0;
   std::erase_if(scene.points, [&](const Point&) { return !stays[p++]; });
 }
-
-}  // namespace
 
 std::vector<ViewMatches> VerifiedMatchesOf(const Scene& scene, const ColmapDatabase& database) {
   std::map<std::string, std::int32_t> view_named;

@@ -52,4 +52,7 @@ struct VerifiedCameras {
 // points.
 VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& matches);
 
+// All points from the photos that hold them, by the rays that agree; those that no two do are gone.
+void TriangulateAnew(Scene& scene);
+
 }  // namespace lumi

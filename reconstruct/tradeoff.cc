@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
+#include "reconstruct/cameras_beside.h"
 #include "reconstruct/factorization/windows.h"
 #include "reconstruct/features.h"
 #include "reconstruct/reconstruct.h"
@@ -27,6 +29,8 @@ namespace {
 
 constexpr std::size_t kLeastShared = 3;  // photos: fewer cannot be aligned
 constexpr int kLeastFeatures = 50, kLeastWindow = 3, kLeastSidePx = 100;
+// Each with each of more photos is not tried; parts of 100 are placed by themselves only where there are more.
+constexpr int kMostPhotosForAllPairs = 200, kPhotosForParts = 100;
 constexpr double kLongerWindow = 1.25;     // a window that is longer by less is the same
 constexpr double kAdjustmentEffort = 10;   // ranks any adjusted setting above the same without
 constexpr double kLeastShownError = 1e-6;  // where the logarithmic axes end
@@ -36,9 +40,10 @@ struct Dial {
   const char* line;
   std::vector<int> values;  // ascending, `given` among them
   int given;
-  void (*set)(ReconstructOptions&, int);
-  std::string (*text)(int);
-  double (*effort)(int);
+  std::function<void(ReconstructOptions&, int)> set;
+  std::function<std::string(int)> text;
+  std::function<double(int)> effort;
+  bool has_ends = true;  // the cheapest and the dearest of its values stand in the settings of that name
 };
 
 std::vector<int> Around(int given, std::initializer_list<double> factors, int least, int most) {
@@ -53,6 +58,52 @@ std::vector<int> Around(int given, std::initializer_list<double> factors, int le
 }
 
 double InProportion(int value) { return value; }
+
+// With how many others each photo is matched at first; `all` stands for each with each.
+Dial PairsDial(const ReconstructOptions& o, const ReconstructExtent& extent) {
+  const int all = std::max(1, extent.photos - 1);
+  const bool exhaustive = ChoosePairs(o, static_cast<std::size_t>(extent.photos), extent.is_video) == PairChoice::kAll;
+  const int given = exhaustive ? all : std::min(all, PartnersOf(o, extent.is_video));
+  std::vector<int> values{given};
+  for (const int v : Around(exhaustive ? PartnersOf({}, extent.is_video) : given, {0.25, 0.5, 2}, 1, 2 * all))
+    if (v < all) values.push_back(v);
+  if (extent.photos <= kMostPhotosForAllPairs) values.push_back(all);
+  std::ranges::sort(values);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return {"pairs",
+          values,
+          given,
+          [all](ReconstructOptions& r, int v) {
+            r.matching = v == all ? Matching::kExhaustive : Matching::kSimilar;
+            r.partners = v == all ? 0 : v;
+          },
+          [all](int v) { return v == all ? "all pairs" : fmt::format("{} partners", v); },
+          InProportion};
+}
+
+Dial MapperDial(const ReconstructOptions& o, const ReconstructExtent& extent) {
+  constexpr int kHierarchical = static_cast<int>(Mapper::kHierarchical), kQuick = static_cast<int>(Mapper::kQuick);
+  const int given = static_cast<int>(o.mapper);
+  std::vector<int> values{kQuick, static_cast<int>(Mapper::kCareful)};
+  if (extent.photos > kPhotosForParts || given == kHierarchical) values.insert(values.begin(), kHierarchical);
+  return {"mapper",
+          values,
+          given,
+          [](ReconstructOptions& r, int v) { r.mapper = static_cast<Mapper>(v); },
+          [](int v) { return Name(static_cast<Mapper>(v)) + " mapper"; },
+          [](int v) { return 1.0 + v; }};
+}
+
+// COLMAP's features are another way, not a step further on this one's.
+Dial FinderDial(const ReconstructOptions& o) {
+  return {"features by",
+          {0, 1},
+          UseOwnFeatures(o) ? 0 : 1,
+          [](ReconstructOptions& r, int v) { r.finder = v == 0 ? FeatureFinder::kOwn : FeatureFinder::kColmap; },
+          [](int v) { return std::string(v == 0 ? "own features" : "COLMAP's features"); },
+          [](int) { return 1.0; },
+          false};
+}
 
 bool FollowsFrames(const ReconstructOptions& o, const ReconstructExtent& extent) {
   return extent.is_video || o.matching == Matching::kSequential;
@@ -73,9 +124,14 @@ std::vector<Dial> DialsOf(const ReconstructOptions& o, const ReconstructExtent& 
   const auto features_text = [](int v) { return fmt::format("features {}", v); };
   if (o.backend == Backend::kColmap) {
     const FeatureLimits limits = LimitsFor(o, static_cast<std::size_t>(std::max(0, extent.photos)));
-    return {size_dial(limits.max_image_size_px),
-            Dial{"features", Around(limits.max_features, {0.25, 0.5, 2}, kLeastFeatures, kAny), limits.max_features,
-                 [](ReconstructOptions& r, int v) { r.max_features = v; }, features_text, InProportion}};
+    std::vector<Dial> dials{
+        size_dial(limits.max_image_size_px),
+        Dial{"features", Around(limits.max_features, {0.25, 0.5, 2}, kLeastFeatures, kAny), limits.max_features,
+             [](ReconstructOptions& r, int v) { r.max_features = v; }, features_text, InProportion}};
+    if (o.matching != Matching::kSequential && extent.photos > 2) dials.push_back(PairsDial(o, extent));
+    dials.push_back(MapperDial(o, extent));
+    dials.push_back(FinderDial(o));
+    return dials;
   }
   const bool follow = FollowsFrames(o, extent);
   const int features = o.features > 0 ? o.features
@@ -237,6 +293,18 @@ TradeoffTable TableOf(const ReconstructTradeoff& t) {
        {{"line", kSetting}, [](const Row& r) { return r.setting.line; }},
        {{features, kSetting, "", 0, "", "features"},
         option(true, colmap ? &ReconstructOptions::max_features : &ReconstructOptions::features)},
+       {{"settings.matching", kSetting},
+        [=](const Row& r) { return colmap ? TradeoffValue(Name(r.setting.options.matching)) : TradeoffValue(); }},
+       {{"settings.partners", kSetting},
+        [=](const Row& r) {
+          return colmap && r.setting.options.partners > 0 ? TradeoffValue(r.setting.options.partners) : TradeoffValue();
+        }},
+       {{"settings.mapper", kSetting},
+        [=](const Row& r) { return colmap ? TradeoffValue(Name(r.setting.options.mapper)) : TradeoffValue(); }},
+       {{"settings.finder", kSetting},
+        [=](const Row& r) {
+          return colmap ? TradeoffValue(UseOwnFeatures(r.setting.options) ? "own" : "colmap") : TradeoffValue();
+        }},
        {{"settings.window", kSetting}, option(!colmap, &ReconstructOptions::window_frames)},
        {{"settings.adjust", kSetting}, option(!colmap, &ReconstructOptions::adjust)},
        {{"settings.max_image_size", kSetting},
@@ -287,6 +355,9 @@ std::vector<Plot> PanelsOf(const ReconstructTradeoff& t) {
                                      {"window", "", "#15803d", Marker::kSquare},
                                      {"adjustment", "", "#cf222e", Marker::kCross},
                                      {"image size", "", "#b45309", Marker::kSquare},
+                                     {"pairs", "", "#0f766e", Marker::kSquare},
+                                     {"mapper", "", "#be185d", Marker::kCross},
+                                     {"features by", "", "#57606a", Marker::kCross},
                                      {"several", "", "#9333ea"}},
                                     "line",
                                     "",
@@ -344,8 +415,8 @@ std::vector<ReconstructSetting> TradeoffSettings(const ReconstructOptions& optio
   std::vector<int> given, cheapest, dearest;
   for (const Dial& dial : dials) {
     given.push_back(dial.given);
-    cheapest.push_back(dial.values.front());
-    dearest.push_back(dial.values.back());
+    cheapest.push_back(dial.has_ends ? dial.values.front() : dial.given);
+    dearest.push_back(dial.has_ends ? dial.values.back() : dial.given);
   }
   add(given);
   for (std::size_t d = 0; d < dials.size(); ++d)
@@ -374,7 +445,10 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
     reference_name = options.reference.string();
   }
   MeasuredReconstruction measured;
+  std::error_code ec;
   ReconstructOptions made = options;
+  // Cameras that lie beside the photos are nothing to measure.
+  if (fs::is_directory(options.input, ec) && options.inputs.size() < 2) made.poses = kCamerasAnew;
   made.tradeoff = false;
   made.reference.clear();
   measured.summary = Reconstruct(made, sink);
@@ -383,7 +457,6 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
   ReconstructTradeoff& t = measured.tradeoff;
   t.backend = options.backend;
   const Scene scene = CamerasAsTheyAre(options.scene);
-  std::error_code ec;
   ReconstructExtent extent;
   extent.is_video = fs::is_regular_file(options.input, ec);
   extent.photos = extent.is_video ? measured.summary.keyframes : measured.summary.images_total;
@@ -418,6 +491,7 @@ MeasuredReconstruction ReconstructWithTradeoff(const ReconstructOptions& options
     scenes.emplace_back();
     const TemporaryFolder folder;
     ReconstructOptions run = setting.options;
+    run.poses = made.poses;
     run.scene = folder / "scene";
     const auto begin = std::chrono::steady_clock::now();
     try {

@@ -19,8 +19,9 @@ namespace lumi {
 // One row of the table before it is measured.
 struct ReconstructSetting {
   std::string name;  // what differs from the options as given: "features 400"; these: "as given"
-  std::string
-      line;  // the dial that was turned: "features", "window", "adjustment", "image size", "several"; "" as given
+  // The dial that was turned: "features", "window", "adjustment", "image size", "pairs", "mapper", "features by",
+  // "several"; "" as given.
+  std::string line;
   ReconstructOptions options;  // with every dial's value, none left to its default
   double effort = 1;           // 1 as given; times a dial's factor: the dearest setting is the one expected to be best
 };

@@ -70,7 +70,9 @@ int main(int argc, char** argv) {
   pass("--intrinsics", "fx,fy,cx,cy, pixels");
   pass("--refine", "factorization: intrinsics that the last adjustment may move");
   pass("--quality", "auto, low, medium or high");
-  pass("--matching", "auto, exhaustive or sequential");
+  pass("--matching", "auto, exhaustive, similar or sequential");
+  pass("--partners", "similar: frames that each is matched with first");
+  pass("--mapper", "quick, careful or hierarchical");
   pass("--keyframes", "0 = by parallax");
   pass("--min-registered", "Fail unless this fraction of the frames gets a camera");
 

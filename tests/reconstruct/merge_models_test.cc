@@ -97,9 +97,9 @@ TEST(MergeModels, PartsThatShareThreePhotos) {
       world.scene, [](int v) { return v >= 11; }, kPartFromWorld, random);
   const auto merged = Merge(world, a, b);
   ASSERT_TRUE(merged);
-  EXPECT_EQ(merged->common_photos, 3);
-  EXPECT_GT(merged->common_points, 100);
-  EXPECT_NEAR(merged->a_from_b.scale * kPartFromWorld.scale, 1, 1e-3);
+  EXPECT_EQ(merged->tie.common_photos, 3);
+  EXPECT_GT(merged->tie.common_points, 100);
+  EXPECT_NEAR(merged->tie.a_from_b.scale * kPartFromWorld.scale, 1, 1e-3);
   ExpectWhole(world, merged->scene);
 }
 
@@ -112,7 +112,7 @@ TEST(MergeModels, PartsThatShareMatchesOnly) {
       world.scene, [](int v) { return v >= 12; }, kPartFromWorld, random);
   const auto merged = Merge(world, a, b);
   ASSERT_TRUE(merged);
-  EXPECT_EQ(merged->common_photos, 0);
+  EXPECT_EQ(merged->tie.common_photos, 0);
   ExpectWhole(world, merged->scene);
 }
 

@@ -57,6 +57,12 @@ TEST(ReconstructOptions, ContradictionsAreNamed) {
   EXPECT_FALSE(wrong([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kGrid, o.grid_size = "2x2", o.focal_px = 500; }));
   EXPECT_FALSE(wrong([](auto& o) { o.rig = Rig::kRing, o.search_focal = true; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.partners = -1; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.partners = 10, o.matching = Matching::kExhaustive; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.partners = 10, o.matching = Matching::kSimilar; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.mapper = Mapper::kCareful, o.poses = "p"; }));
+  EXPECT_TRUE(wrong([](auto& o) { o.mapper = Mapper::kHierarchical, o.backend = Backend::kFactorization; }));
+  EXPECT_FALSE(wrong([](auto& o) { o.mapper = Mapper::kHierarchical; }));
 }
 
 TEST(ReconstructOptions, EveryOptionThatChangesTheResultChangesTheRecord) {
@@ -73,6 +79,9 @@ TEST(ReconstructOptions, EveryOptionThatChangesTheResultChangesTheRecord) {
   EXPECT_TRUE(differs([](auto& o) { o.intrinsics = {1, 2, 3, 4}; }));
   EXPECT_TRUE(differs([](auto& o) { o.all_frames = true; }));
   EXPECT_TRUE(differs([](auto& o) { o.clips = true; }));
+  EXPECT_TRUE(differs([](auto& o) { o.matching = Matching::kSimilar; }));
+  EXPECT_TRUE(differs([](auto& o) { o.partners = 10; }));
+  EXPECT_TRUE(differs([](auto& o) { o.mapper = Mapper::kCareful; }));
   EXPECT_FALSE(differs([](auto& o) { o.threads = 3; }));
   EXPECT_FALSE(differs([](auto& o) { o.tradeoff = true, o.reference = "truth"; }));  // measured beside the scene
 }
@@ -132,6 +141,13 @@ TEST(Matching, FollowsTheInput) {
   EXPECT_EQ(ChoosePairs(o, 1000, true), PairChoice::kAll);
   o.matching = Matching::kSequential;
   EXPECT_EQ(ChoosePairs(o, 10, false), PairChoice::kNeighbours);
+  o.matching = Matching::kSimilar;
+  EXPECT_EQ(ChoosePairs(o, 10, false), PairChoice::kListed);
+  o.matching = Matching::kAuto;
+  o.partners = 7;
+  EXPECT_EQ(ChoosePairs(o, 10, false), PairChoice::kListed);
+  EXPECT_EQ(PartnersOf(o, false), 7);
+  EXPECT_GT(PartnersOf({}, false), PartnersOf({}, true));
 }
 
 TEST(FeatureLimits, FewerForMorePhotosAndTheUsersWordOverrides) {

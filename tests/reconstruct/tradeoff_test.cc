@@ -57,6 +57,37 @@ TEST(TradeoffSettings, OfColmapAreImageSizeAndFeaturesAndStopAtThePhotosSize) {
               ElementsAre(150, 300, 600, 1000));
 }
 
+std::vector<std::string> NamesOn(const std::string& line, const std::vector<ReconstructSetting>& settings) {
+  std::vector<std::string> names;
+  for (const ReconstructSetting& s : settings)
+    if (s.line == line) names.push_back(s.name);
+  return names;
+}
+
+TEST(TradeoffSettings, OfColmapAlsoArePairsMapperAndWhoFindsTheFeatures) {
+  const auto few = TradeoffSettings(ReconstructOptions{}, {30, false, 1000});
+  EXPECT_EQ(few[0].name, "as given: 1000 px, features 4096, all pairs, quick mapper, own features");
+  EXPECT_THAT(NamesOn("pairs", few), ElementsAre("10 partners", "20 partners"));
+  EXPECT_THAT(NamesOn("mapper", few), ElementsAre("careful mapper"));
+  EXPECT_THAT(NamesOn("features by", few), ElementsAre("COLMAP's features"));
+  EXPECT_THAT(NamesOn("several", few),
+              ElementsAre("250 px, features 1024, 10 partners", "features 8192, careful mapper"));
+  for (const ReconstructSetting& s : few) {
+    ReconstructOptions run = s.options;
+    run.input = "photos", run.scene = "scene";
+    EXPECT_EQ(Validate(run), "") << s.name;
+  }
+  const auto many = TradeoffSettings(ReconstructOptions{}, {150, false, 1000});
+  EXPECT_EQ(many[0].name, "as given: 1000 px, features 4096, 40 partners, quick mapper, own features");
+  EXPECT_THAT(NamesOn("pairs", many), ElementsAre("10 partners", "20 partners", "80 partners", "all pairs"));
+  EXPECT_THAT(NamesOn("mapper", many), ElementsAre("hierarchical mapper", "careful mapper"));
+  const auto crowd = TradeoffSettings(ReconstructOptions{}, {1000, false, 1000});
+  EXPECT_THAT(NamesOn("pairs", crowd), ElementsAre("10 partners", "20 partners", "80 partners"));
+  ReconstructOptions neighbours;
+  neighbours.matching = Matching::kSequential;
+  EXPECT_THAT(NamesOn("pairs", TradeoffSettings(neighbours, {150, false, 1000})), IsEmpty());
+}
+
 TEST(TradeoffSettings, StayWithinWhatTheCaptureHas) {
   ReconstructOptions o;
   o.backend = Backend::kFactorization;
@@ -138,7 +169,11 @@ TEST(Tradeoff, AFailedSettingIsARowWithItsReason) {
   EXPECT_EQ(j["images_total"], 0);  // the scene's own summary stands beside it
   const auto& rows = j["tradeoff"]["points"];
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[0]["settings"], (nlohmann::json{{"max_image_size", 800}, {"max_features", 1024}}));
+  EXPECT_EQ(rows[0]["settings"], (nlohmann::json{{"max_image_size", 800},
+                                                 {"max_features", 1024},
+                                                 {"matching", "auto"},
+                                                 {"mapper", "quick"},
+                                                 {"finder", "own"}}));
   EXPECT_EQ(rows[0]["centre_rms_percent"], 0.25);
   EXPECT_EQ(rows[0]["seconds_ratio"], 1);
   EXPECT_TRUE(rows[0]["front"]);
