@@ -5,7 +5,9 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "reconstruct/options.h"
 #include "scene/geometry/similarity3.h"
 #include "scene/model/scene.h"
 
@@ -20,5 +22,12 @@ TruePoses ReadTruePoses(const std::filesystem::path& path);
 
 // Over the photos that both have; nullopt below three.
 std::optional<PoseErrors> CompareWithTruth(const Scene& scene, const TruePoses& truth);
+
+// Photos whose camera's centre is off by more than `factor` times the median error, after the better half of all
+// cameras was aligned with the truth, whatever the others do.
+std::vector<std::string> FarOff(const Scene& scene, const TruePoses& truth, double factor);
+
+// How many cameras are off by ten times the median error, and the summary has no remark on them.
+std::size_t FarOffUnnamed(const Scene& scene, const TruePoses& truth, const ReconstructSummary& summary);
 
 }  // namespace lumi

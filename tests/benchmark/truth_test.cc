@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <sstream>
 
 #include "scene/files/atomic_file.h"
@@ -43,6 +44,37 @@ TEST(Truth, AShiftedCameraShowsInPercentOfTheExtent) {
   ASSERT_TRUE(errors);
   EXPECT_GT(errors->centre_max_percent, 1);
   EXPECT_LT(errors->centre_max_percent, 5);
+}
+
+TEST(Truth, ACameraFarOffIsNamedThoughItPullsTheAlignment) {
+  const TemporaryFolder folder;
+  Scene scene = MakeSmallScene(folder / "images", 9);
+  WriteColmapModel(scene, folder / "truth");
+  const TruePoses truth = ReadTruePoses(folder / "truth");
+  std::mt19937 random(2);
+  std::normal_distribution<double> off(0, 1e-3);
+  for (View& view : scene.views)
+    for (int c = 0; c < 3; ++c) view.cam_from_world.translation[c] += off(random);
+  EXPECT_TRUE(FarOff(scene, truth, 10).empty());
+  scene.views[4].cam_from_world.translation.y() += 0.1;
+  EXPECT_EQ(FarOff(scene, truth, 10), std::vector<std::string>{scene.views[4].name});
+}
+
+TEST(Truth, AThirdThatIsOffTogetherIsNamed) {
+  const TemporaryFolder folder;
+  Scene scene = MakeSmallScene(folder / "images", 12);
+  WriteColmapModel(scene, folder / "truth");
+  const TruePoses truth = ReadTruePoses(folder / "truth");
+  std::mt19937 random(2);
+  std::normal_distribution<double> off(0, 1e-4);
+  std::vector<std::string> moved;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    for (int c = 0; c < 3; ++c) scene.views[v].cam_from_world.translation[c] += off(random);
+    if (v >= 4) continue;
+    scene.views[v].cam_from_world.translation.z() += 0.2;
+    moved.push_back(scene.views[v].name);
+  }
+  EXPECT_EQ(FarOff(scene, truth, 10), moved);
 }
 
 TEST(Truth, WithoutCommonPhotosThereIsNothingToCompare) {
