@@ -7,8 +7,7 @@
 #include <map>
 #include <random>
 
-#include "scene/files/colmap_model.h"
-#include "scene/geometry/similarity3.h"
+#include "tests/support/found_cameras.h"
 #include "tests/support/simulated_capture.h"
 
 namespace lumi {
@@ -21,7 +20,8 @@ constexpr int kPhotos = 104;
 constexpr double kCentreMaxPercent = 0.4;
 constexpr double kRotationMaxDeg = 0.6;
 
-class ManyPhotos : public testing::TestWithParam<std::string> {};
+// Who finds the features; COLMAP's mapper.
+class ManyPhotos : public testing::TestWithParam<std::pair<std::string, std::string>> {};
 
 TEST_P(ManyPhotos, ThatAreShuffledAreAllPlaced) {
   const SimulatedCapture capture("plaza", kPhotos, 240);
@@ -40,28 +40,24 @@ TEST_P(ManyPhotos, ThatAreShuffledAreAllPlaced) {
   }
 
   const fs::path scene = capture / "scene";
-  ChildProgram program(
-      {"lumi-reconstruct", (capture / "shuffled").string(), "-o", scene.string(), "--features", GetParam()});
+  const auto& [features, mapper] = GetParam();
+  ChildProgram program({"lumi-reconstruct", (capture / "shuffled").string(), "-o", scene.string(), "--features",
+                        features, "--mapper", mapper});
   const ProgramResult result = program.Wait(1000);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, testing::ContainsRegex("[0-9]+ of 5356 pairs of photos were tried"));
 
-  std::map<std::string, Rigid3> truth;
-  for (const View& view : ReadColmapModel(capture.path() / "truth" / "sparse").views)
-    truth[view.name] = view.cam_from_world;
-  std::vector<Rigid3> found, true_poses;
-  for (const View& view : ReadColmapModel(scene / "sparse").views) {
-    found.push_back(view.cam_from_world);
-    true_poses.push_back(truth.at(true_name.at(view.name)));
-  }
-  ASSERT_EQ(found.size(), std::size_t{kPhotos});
-  const PoseErrors errors = ComparePoses(found, true_poses);
-  EXPECT_LT(errors.centre_max_percent, kCentreMaxPercent);
-  EXPECT_LT(errors.rotation_max_deg, kRotationMaxDeg);
+  const FoundCameras found =
+      CompareWithCapture(scene, capture.path(), [&](const std::string& name) { return true_name.at(name); });
+  ASSERT_EQ(found.photos, std::size_t{kPhotos});
+  EXPECT_LT(found.errors.centre_max_percent, kCentreMaxPercent);
+  EXPECT_LT(found.errors.rotation_max_deg, kRotationMaxDeg);
 }
 
-INSTANTIATE_TEST_SUITE_P(By, ManyPhotos, testing::Values("own", "colmap"),
-                         [](const auto& features) { return features.param; });
+INSTANTIATE_TEST_SUITE_P(By, ManyPhotos,
+                         testing::Values(std::pair("own", "quick"), std::pair("own", "hierarchical"),
+                                         std::pair("colmap", "careful")),
+                         [](const auto& way) { return way.param.first + "_" + way.param.second; });
 
 }  // namespace
 }  // namespace lumi

@@ -2,13 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "scene/files/atomic_file.h"
-#include "scene/files/colmap_model.h"
-#include "scene/geometry/similarity3.h"
+#include "tests/support/found_cameras.h"
 #include "tests/support/simulated_capture.h"
 
 namespace lumi {
@@ -48,17 +45,10 @@ class SeveralLenses : public testing::Test {
     run_ = ChildProgram({"lumi-reconstruct", (capture() / "images").string(), "-o", (folder_ / "scene").string()})
                .Wait(600);
     EXPECT_EQ(run_.exit_code, 0) << run_.err;
-    std::map<std::string, Rigid3> truth;
-    for (const View& view : ReadColmapModel(capture() / "truth/sparse").views) truth[view.name] = view.cam_from_world;
-    const Scene scene = ReadColmapModel(folder_ / "scene/sparse");
-    std::vector<Rigid3> found, wanted;
-    for (const View& view : scene.views) {
-      found.push_back(view.cam_from_world);
-      wanted.push_back(truth.at(view.name));
-    }
-    cameras_ = scene.cameras.size();
-    EXPECT_EQ(found.size(), static_cast<std::size_t>(views));
-    return ComparePoses(found, wanted);
+    const FoundCameras found = CompareWithCapture(folder_ / "scene", capture());
+    cameras_ = found.cameras;
+    EXPECT_EQ(found.photos, static_cast<std::size_t>(views));
+    return found.errors;
   }
   fs::path capture() const { return folder_ / "capture"; }
 
