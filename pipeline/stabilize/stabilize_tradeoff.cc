@@ -30,6 +30,7 @@ std::vector<TradeoffColumn> Columns() {
           {"render_seconds", kCost},
           {"ms_per_frame", kCost, "ms/frame", 10, "{:.1f}"},
           {"cropping_ratio", kMoreIsBetter, "cropping", 9, "{:.3f}"},
+          {"kept_area", kMoreIsBetter, "kept area", 10, "{:.3f}"},
           {"stability", kMoreIsBetter, "stability", 10, "{:.3f}"},
           {"distortion", kMoreIsBetter, "distortion", 11, "{:.3f}"},
           {"jitter_px", kLessIsBetter, "jitter px", 10, "{:.2f}"}};
@@ -59,6 +60,9 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                                 {"frames to either side", {"0", "2", "10"}, "--window-frames", false},
                                 {"k", {"1", "2", "8"}, "--k", false},
                                 {"rounds of the path", {"0", "3"}, "--iterations", true},
+                                {"least width kept", {"0.7", "0.8", "0.9"}, "--min-scale", true},
+                                {"cutoff Hz", {"0.25", "1"}, "--cutoff-hz", true},
+                                {"shape cutoff Hz", {"0.25", "1"}, "--similar-hz", true},
                                 {"render width", {width}, "--width", false}};
   int count = 0, number = 0;
   for (const Dial& dial : dials) count += static_cast<int>(dial.values.size());
@@ -68,7 +72,12 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
       const std::string name = "tradeoff: " + (value.empty() ? dial.name : dial.name + " " + value);
       const auto run = [&](const std::string& program, std::vector<std::string> arguments,
                            const std::vector<std::string>& given, bool turned) {
-        arguments.insert(arguments.end(), given.begin(), given.end());
+        for (std::size_t i = 0; i < given.size(); ++i) {
+          if (turned && given[i] == dial.option)
+            ++i;  // its value: the dial's counts
+          else
+            arguments.push_back(given[i]);
+        }
         if (turned && *dial.option != '\0') arguments.insert(arguments.end(), {dial.option, value});
         arguments.insert(arguments.end(),
                          {"--threads", std::to_string(options.threads), "--seed", std::to_string(options.seed)});
@@ -85,26 +94,30 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                               .summary.As<sibling::ScoreSummary>();
       const sibling::ScoredVideo& score = scores.videos.back();
       table.Add({dial.name, value, solved.summary.As<sibling::PathSummary>().seconds, drawn.seconds,
-                 drawn.summary.As<sibling::FramesSummary>().ms_per_frame, score.cropping_ratio, score.stability,
-                 score.distortion, score.jitter_px});
+                 drawn.summary.As<sibling::FramesSummary>().ms_per_frame, score.cropping_ratio, score.kept_area,
+                 score.stability, score.distortion, score.jitter_px});
     }
   std::error_code ec;
   for (const fs::path& file : {filmed, steady, path}) fs::remove(file, ec);
 
   table.facts = {{"frames", length}};
-  TradeoffPanel panel{"What the dials cost and give",
-                      fmt::format("{} frames, one dial at a time", length),
-                      "ms_per_frame",
-                      {"ms a frame", true},
-                      "jitter_px",
-                      {"jitter above 1 Hz, px", false, true},
-                      {},
-                      "dial",
-                      "value"};
-  const char* colors[] = {"#d1242f", "#1f6feb", "#8250df", "#1a7f37", "#9a6700"};
-  for (const Dial& dial : dials)
-    panel.series.push_back({dial.name, dial.name, colors[panel.series.size() % std::size(colors)]});
-  result.files = WriteTradeoff(folder / "tradeoff", table, {PlotOf(table, panel)});
+  const std::string subtitle = fmt::format("{} frames, one dial at a time", length);
+  const char* colors[] = {"#d1242f", "#1f6feb", "#8250df", "#1a7f37", "#9a6700", "#0f766e", "#be185d", "#57606a"};
+  const auto panel = [&](const char* title, const char* x, const PlotAxis& x_axis, const char* y,
+                         const PlotAxis& y_axis, bool of_path_only) {
+    TradeoffPanel p{title, subtitle, x, x_axis, y, y_axis, {}, "dial", "value"};
+    for (std::size_t d = 0; d < dials.size(); ++d)
+      if (!of_path_only || d == 0 || dials[d].of_path)
+        p.series.push_back({dials[d].name, dials[d].name, colors[d % std::size(colors)]});
+    return PlotOf(table, p);
+  };
+  result.files = WriteTradeoff(
+      folder / "tradeoff", table,
+      {panel("What the dials cost and give", "ms_per_frame", {"ms a frame", true}, "jitter_px",
+             {"jitter above 1 Hz, px", false, true}, false),
+       panel("Steadiness against what is kept", "kept_area", {"share of the area kept"}, "stability", {"stability"},
+             true),
+       panel("Steadiness against shape", "distortion", {"distortion (1: none)"}, "stability", {"stability"}, true)});
   return result;
 }
 
