@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -48,6 +49,15 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   return static_cast<int>(code);
 }
 
+// Set by the first allocation that fails. A library's lock may then be held for ever, as the exception passed through
+// it: what libraries tear down at the end of a program would wait for it, or abort.
+std::atomic<bool> g_out_of_memory{false};
+
+void NoteOutOfMemory() {
+  g_out_of_memory = true;
+  throw std::bad_alloc();
+}
+
 // What is said where memory runs out inside a function of a library that may not throw: there is no way back from
 // there. Made before, so that saying it takes none.
 std::string g_last_words, g_last_json;
@@ -56,6 +66,8 @@ std::terminate_handler g_terminate_before = nullptr;
 void OnTerminate() {
   try {
     if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
+    // A thread that its library did not wait for, while the exception unwound what held it.
+    if (g_out_of_memory) throw std::bad_alloc();
   } catch (const std::bad_alloc&) {
     std::fputs(g_last_words.c_str(), stderr);
     std::fputs(g_last_json.c_str(), stdout);
@@ -100,6 +112,16 @@ Options Program::Command(const std::string& name, const std::string& description
 }
 
 int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
+  std::set_new_handler(NoteOutOfMemory);
+  const int code = Try(argc, argv, body);
+  if (g_out_of_memory) {
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
+  return code;
+}
+
+int Program::Try(int argc, char** argv, const std::function<Answer()>& body) {
   InstallInterruptHandler();
   try {
     app_->parse(argc, argv);

@@ -40,6 +40,7 @@ class Program {
   int Run(int argc, char** argv, const std::function<Answer()>& body = {});
 
  private:
+  int Try(int argc, char** argv, const std::function<Answer()>& body);
   std::string name_;
   std::unique_ptr<CLI::App> app_;
   Options options_;

@@ -312,7 +312,10 @@ void* Allocate(std::size_t size, std::size_t alignment) {
 
 void* AllocateOrThrow(std::size_t size, std::size_t alignment) {
   void* const p = Allocate(size, alignment);
-  if (!p) throw std::bad_alloc();
+  if (!p) {
+    if (const std::new_handler handler = std::get_new_handler()) handler();  // as the standard library's own
+    throw std::bad_alloc();
+  }
   return p;
 }
 
