@@ -119,6 +119,10 @@ const Recipe* Find(const std::vector<Recipe>& recipes, const std::string& name) 
   return at == recipes.end() ? nullptr : &*at;
 }
 
+// Where nobody says: as long as the cameras took, and so long a photo in any case, up to a bound. On two cores, maps of
+// 640 pixels with their meshes take 10 s a photo.
+constexpr double kDenseSecondsOfAPhoto = 15, kDenseMinutesByPhotos = 20;
+
 // Of what size depth maps can be made in the time there is, or why none are.
 struct DensePlan {
   int width_px = 0;
@@ -131,7 +135,8 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
     const auto cameras = ReadProvenance(scene.folder, "reconstruct");
     if (!cameras)
       return {0, "it is not recorded how long the cameras took: --proxy-minutes says what depth maps may take"};
-    minutes = cameras->seconds / 60;
+    const double a_photo = kDenseSecondsOfAPhoto / 60 * static_cast<double>(scene.views.size());
+    minutes = std::max(cameras->seconds / 60, std::min(a_photo, kDenseMinutesByPhotos));
   }
   if (minutes == 0) return {0, "switched off by --proxy-minutes 0"};
   double least = 0;

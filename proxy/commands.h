@@ -184,7 +184,8 @@ struct AutoOptions {
   int holdout = 8;                  // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
   std::optional<double> budget_ms;  // a frame of that width: the best within it; none: the best
   // For depth maps of all photos, once without those that it is chosen and reported on and once with all; their size
-  // follows from it. 0: none are made. Not given: as long as the cameras took, none where nobody recorded that.
+  // follows from it. 0: none are made. Not given: as long as the cameras took, or 15 s a photo up to 20 minutes where
+  // that is longer; none where nobody recorded how the cameras were found.
   std::optional<double> proxy_minutes;
   std::vector<std::string>
       candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five

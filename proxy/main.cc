@@ -81,7 +81,7 @@ void AddAuto(Program& program, Requests& r) {
                 "The best within so many milliseconds a frame of that width, > 0; default: the best");
   automatic.Add("--proxy-minutes", r.choice.proxy_minutes,
                 "For depth maps of all photos, whose size follows from it, >= 0; 0: none; default: as long as the "
-                "cameras took");
+                "cameras took, or 15 seconds a photo up to 20 minutes where that is longer");
   automatic
       .Add("--candidates", r.choice.candidates,
            "Of plane, planes, box, mesh, dense, dense-strict, moving, hull, hull-500 and the proxies that the scene "
