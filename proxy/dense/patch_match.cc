@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "scene/program/hash_bits.h"
 #include "scene/program/kernel.h"
@@ -26,34 +27,56 @@ LUMI_INLINE float Signed(std::uint32_t bits) {
   return static_cast<float>(static_cast<std::int32_t>(bits)) / 2147483648.0F;
 }
 
+// A source's own map for fetches at random: a pixel's plane in one place, w, gx, gy and nothing.
+struct PackedPlanes {
+  static constexpr int kNumbers = 4;
+  int width = 0, height = 0;
+  float of_camera_x = 1, of_camera_y = 1;  // the map's pixels over the camera's
+  std::vector<float> planes;
+};
+PackedPlanes Pack(const DepthMap& map, const StereoCamera& camera) {
+  PackedPlanes packed;
+  packed.width = map.width;
+  packed.height = map.height;
+  packed.of_camera_x = static_cast<float>(map.width) / static_cast<float>(camera.width);
+  packed.of_camera_y = static_cast<float>(map.height) / static_cast<float>(camera.height);
+  packed.planes.resize(PackedPlanes::kNumbers * map.Pixels());
+  for (std::size_t p = 0; p < map.Pixels(); ++p) {
+    float* plane = packed.planes.data() + PackedPlanes::kNumbers * p;
+    plane[0] = map.w[p];
+    plane[1] = map.gx[p];
+    plane[2] = map.gy[p];
+  }
+  return packed;
+}
+
 // How far, in pixels of the reference, a plane's point lies from what the source's own map puts there; kMostOffPx where
 // that has nothing.
-LUMI_KERNEL void GeometricErrors(const PatchBatch& at, const PlaneBatch& planes, const PairGeometry& to,
-                                 const PairGeometry& back, const DepthMap& map, const StereoCamera& camera,
-                                 float error[kLanes]) {
-  const float sx = static_cast<float>(map.width) / static_cast<float>(camera.width);
-  const float sy = static_cast<float>(map.height) / static_cast<float>(camera.height);
-  const float* w = map.w.data();
-  const float* gx = map.gx.data();
-  const float* gy = map.gy.data();
+LUMI_KERNEL void GeometricErrors(const PatchBatch& at, const PlaneBatch& planes, const PairGeometry& to_given,
+                                 const PairGeometry& back_given, const PackedPlanes& map, float* __restrict error) {
+  const PairGeometry to = to_given, back = back_given;
+  const float sx = map.of_camera_x, sy = map.of_camera_y;
+  const float* packed = map.planes.data();
   const std::int32_t stride = map.width;
   const float right = static_cast<float>(map.width), bottom = static_cast<float>(map.height);
   for (int l = 0; l < kLanes; ++l) {
-    float q[3], p[3];
-    for (int r = 0; r < 3; ++r)
-      q[r] = to.a[3 * r] * at.x[l] + to.a[3 * r + 1] * at.y[l] + to.a[3 * r + 2] + planes.w[l] * to.b[r];
-    const float u = q[0] / q[2], v = q[1] / q[2];
+    const float x = at.x[l], y = at.y[l], w = planes.w[l];
+    const float z = to.a[6] * x + to.a[7] * y + to.a[8] + w * to.b[2], inverse = 1 / z;
+    const float u = (to.a[0] * x + to.a[1] * y + to.a[2] + w * to.b[0]) * inverse;
+    const float v = (to.a[3] * x + to.a[4] * y + to.a[5] + w * to.b[1]) * inverse;
+    // The smaller bound first: what is no number becomes it.
     const float mu = std::min(std::max(0.0F, u * sx), right - 1), mv = std::min(std::max(0.0F, v * sy), bottom - 1);
     const auto i = static_cast<std::int32_t>(mu), j = static_cast<std::int32_t>(mv);
-    const std::int32_t m = j * stride + i;
-    const float there =
-        w[m] + gx[m] * (mu - static_cast<float>(i) - 0.5F) + gy[m] * (mv - static_cast<float>(j) - 0.5F);
-    for (int r = 0; r < 3; ++r)
-      p[r] = back.a[3 * r] * u + back.a[3 * r + 1] * v + back.a[3 * r + 2] + there * back.b[r];
-    const float ex = p[0] / p[2] - at.x[l], ey = p[1] / p[2] - at.y[l];
+    const std::int32_t m = PackedPlanes::kNumbers * (j * stride + i);
+    const float there = packed[m] + packed[m + 1] * (mu - static_cast<float>(i) - 0.5F) +
+                        packed[m + 2] * (mv - static_cast<float>(j) - 0.5F);
+    const float depth = back.a[6] * u + back.a[7] * v + back.a[8] + there * back.b[2], outward = 1 / depth;
+    const float ex = (back.a[0] * u + back.a[1] * v + back.a[2] + there * back.b[0]) * outward - x;
+    const float ey = (back.a[3] * u + back.a[4] * v + back.a[5] + there * back.b[1]) * outward - y;
     const float off = std::sqrt(ex * ex + ey * ey);
-    const bool seen = q[2] > 0 && u >= 0 && v >= 0 && u * sx <= right && v * sy <= bottom && there > 0 && p[2] > 0;
-    error[l] = seen && off < kMostOffPx ? off : kMostOffPx;
+    const bool seen = (z > 0) & (u >= 0) & (v >= 0) & (u * sx <= right) & (v * sy <= bottom) & (there > 0) &
+                      (depth > 0) & (off < kMostOffPx);
+    error[l] = seen ? off : kMostOffPx;
   }
 }
 
@@ -84,6 +107,7 @@ constexpr std::array<Region, 8> kRegions = [] {
 struct PairsOfViews {
   PairGeometry to, back;
   QuadImage quads;
+  PackedPlanes planes;  // where the source has a map
 };
 
 class Matcher {
@@ -101,6 +125,7 @@ class Matcher {
       pairs_[s].to = Pair(reference.camera, sources[s].picture->camera);
       pairs_[s].back = Pair(sources[s].picture->camera, reference.camera);
       pairs_[s].quads = PackQuads(sources[s].picture->grey);
+      if (sources[s].map) pairs_[s].planes = Pack(*sources[s].map, sources[s].picture->camera);
     });
     focal_px_ = static_cast<float>(reference.camera.FocalPx());
   }
@@ -126,6 +151,11 @@ class Matcher {
     PlaneBatch best;
     std::array<int, kLanes> x;
     int lanes = 0, y = 0;
+  };
+
+  struct SourceOrder {
+    std::array<std::size_t, kMostSources> at;
+    std::size_t count = 0;
   };
 
   void Sweep(int iteration, int colour) {
@@ -160,13 +190,20 @@ class Matcher {
     }
   }
 
-  void Score(Batch& batch, const PlaneBatch& planes, std::size_t s, Lanes& cost, Lanes& off) const {
+  void Correlate(const Batch& batch, const PlaneBatch& planes, std::size_t s, Lanes& cost) const {
     ScorePatches(batch.patches, pairs_[s].quads, pairs_[s].to, planes, cost.data());
+  }
+
+  void Compare(const Batch& batch, const PlaneBatch& planes, std::size_t s, Lanes& off) const {
     if (sources_[s].map)
-      GeometricErrors(batch.patches, planes, pairs_[s].to, pairs_[s].back, *sources_[s].map,
-                      sources_[s].picture->camera, off.data());
+      GeometricErrors(batch.patches, planes, pairs_[s].to, pairs_[s].back, pairs_[s].planes, off.data());
     else
       off.fill(0);
+  }
+
+  void Score(const Batch& batch, const PlaneBatch& planes, std::size_t s, Lanes& cost, Lanes& off) const {
+    Correlate(batch, planes, s, cost);
+    Compare(batch, planes, s, off);
   }
 
   // The two best sources say how good a plane to start from is: which ones to trust is not known yet.
@@ -268,18 +305,28 @@ class Matcher {
     for (std::size_t h = 0; h < kHypotheses; ++h) Offer(batch, batch.planes[h], batch.cost[h], batch.off[h]);
   }
 
+  // What a plane costs: sources that count, by their weights.
+  Lanes Totals(const Batch& batch, const std::array<Lanes, kMostSources>& cost,
+               const std::array<Lanes, kMostSources>& off) const {
+    Lanes total;
+    total.fill(0);
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      if (!batch.counts[s]) continue;
+      for (std::size_t l = 0; l < kLanes; ++l)
+        total[l] += batch.weight[s][l] * (cost[s][l] + options_.geometric_weight * off[s][l]);
+    }
+    return total;
+  }
+
   // Takes a plane where it is better than the best so far: of equals the first stays.
   void Offer(Batch& batch, const PlaneBatch& planes, const std::array<Lanes, kMostSources>& cost,
              const std::array<Lanes, kMostSources>& off) const {
-    Lanes total, photo;
-    total.fill(0);
+    const Lanes total = Totals(batch, cost, off);
+    Lanes photo;
     photo.fill(0);
     for (std::size_t s = 0; s < sources_.size(); ++s) {
       if (!batch.counts[s]) continue;
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        photo[l] += batch.weight[s][l] * cost[s][l];
-        total[l] += batch.weight[s][l] * (cost[s][l] + options_.geometric_weight * off[s][l]);
-      }
+      for (std::size_t l = 0; l < kLanes; ++l) photo[l] += batch.weight[s][l] * cost[s][l];
     }
     for (std::size_t l = 0; l < kLanes; ++l) {
       if (!(total[l] < batch.best_total[l])) continue;
@@ -296,7 +343,7 @@ class Matcher {
     const float reach = options_.perturbation * std::exp2(-static_cast<float>(iteration));
     const float tilt = 0.5F * std::exp2(-static_cast<float>(iteration));
     const float range = options_.nearest_w - options_.farthest_w;
-    std::array<Lanes, kMostSources> cost, off;
+    const SourceOrder order = ByWeight(batch);
     for (std::uint32_t trial = 0; trial < 5; ++trial) {
       PlaneBatch planes;
       for (std::size_t l = 0; l < kLanes; ++l) {
@@ -317,10 +364,46 @@ class Matcher {
         planes.gx[l] = a * w / focal_px_;
         planes.gy[l] = b * w / focal_px_;
       }
-      for (std::size_t s = 0; s < sources_.size(); ++s)
-        if (batch.counts[s]) Score(batch, planes, s, cost[s], off[s]);
-      Offer(batch, planes, cost, off);
+      Try(order, planes, batch);
     }
+  }
+
+  // Sources that count, those with the largest weights first.
+  SourceOrder ByWeight(const Batch& batch) const {
+    SourceOrder order;
+    Lanes sums;
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      if (!batch.counts[s]) continue;
+      sums[s] = std::accumulate(batch.weight[s].begin(), batch.weight[s].end(), 0.0F);
+      order.at[order.count++] = s;
+    }
+    std::stable_sort(order.at.begin(), order.at.begin() + static_cast<std::ptrdiff_t>(order.count),
+                     [&](std::size_t a, std::size_t b) { return sums[a] > sums[b]; });
+    return order;
+  }
+
+  // Offers a plane. Correlation is nearly all of the time: it is asked for one source after the other, and no further
+  // once no pixel can gain. A cost is 0 at least, and sums of floats that grow do not fall: what is chosen stays the
+  // same.
+  void Try(const SourceOrder& order, const PlaneBatch& planes, Batch& batch) const {
+    std::array<Lanes, kMostSources> cost, off;
+    for (std::size_t i = 0; i < order.count; ++i) {
+      Compare(batch, planes, order.at[i], off[order.at[i]]);
+      cost[order.at[i]].fill(0);
+    }
+    for (std::size_t i = 0; i < order.count; ++i) {
+      if (!CanGain(batch, cost, off)) return;
+      Correlate(batch, planes, order.at[i], cost[order.at[i]]);
+    }
+    Offer(batch, planes, cost, off);
+  }
+
+  bool CanGain(const Batch& batch, const std::array<Lanes, kMostSources>& cost,
+               const std::array<Lanes, kMostSources>& off) const {
+    const Lanes total = Totals(batch, cost, off);
+    bool any = false;
+    for (std::size_t l = 0; l < kLanes; ++l) any |= total[l] < batch.best_total[l];
+    return any;
   }
 
   void Keep(const Batch& batch) {

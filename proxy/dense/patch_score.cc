@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
 
-#include "scene/program/kernel.h"
+#include "scene/program/registers.h"
 
 namespace lumi {
 namespace {
@@ -107,58 +109,121 @@ void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out
   }
 }
 
-LUMI_KERNEL void ScorePatches(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
-                              const PlaneBatch& planes, float cost[kLanes]) {
-  // Homogeneous pixel of a sample: q + dx qx + dy qy, affine since the inverse depth is.
-  alignas(64) float q[3][kLanes], qx[3][kLanes], qy[3][kLanes];
-  alignas(64) float sum[kLanes], square[kLanes], cross[kLanes], nearest[kLanes];
-  for (int r = 0; r < 3; ++r) {
-    for (int l = 0; l < kLanes; ++l) {
-      q[r][l] =
-          pair.a[3 * r] * patches.x[l] + pair.a[3 * r + 1] * patches.y[l] + pair.a[3 * r + 2] + planes.w[l] * pair.b[r];
-      qx[r][l] = pair.a[3 * r] + planes.gx[l] * pair.b[r];
-      qy[r][l] = pair.a[3 * r + 1] + planes.gy[l] * pair.b[r];
-    }
+namespace {
+
+// Within [0, high], or a hair above 0, which keeps it one instruction; what is no number becomes that.
+template <class V>
+LUMI_INLINE V Clamped(V x, float high) {
+  const V least = V{} + std::numeric_limits<float>::min(), most = V{} + high;
+  const V positive = x > least ? x : least;
+  return positive < most ? positive : most;
+}
+
+template <class V>
+LUMI_INLINE V Magnitude(V x) {
+  const V zero{};
+  return x < zero ? -x : x;
+}
+
+// An index a lane, two lanes a move to an integer register.
+template <int kBytes>
+LUMI_INLINE typename Register<kBytes>::Ints Fetch(const std::uint32_t* from, typename Register<kBytes>::Ints index) {
+  const auto pairs = std::bit_cast<typename Register<kBytes>::Pairs>(index);
+  typename Register<kBytes>::Ints quad{};
+  for (int p = 0; p < Register<kBytes>::kNumbers / 2; ++p) {
+    quad[2 * p] = static_cast<std::int32_t>(from[static_cast<std::uint32_t>(pairs[p])]);
+    quad[2 * p + 1] = static_cast<std::int32_t>(from[pairs[p] >> 32]);
   }
-  for (int l = 0; l < kLanes; ++l) {
-    sum[l] = square[l] = cross[l] = 0;
-    nearest[l] = q[2][l];
+  return quad;
+}
+
+// Pixels `from`, from + 1 ... of the batch, a register full: all of a patch's sums are in registers then.
+template <int kBytes>
+LUMI_INLINE void ScoreRegister(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                               const PlaneBatch& planes, int from, float* __restrict cost) {
+  using R = Register<kBytes>;
+  using V = typename R::Floats;
+  using I = typename R::Ints;
+  // Homogeneous pixel of a sample: q + dx qx + dy qy, affine since the inverse depth is.
+  V q[3], qx[3], qy[3];
+  const V x = LoadRegister<V>(patches.x + from), y = LoadRegister<V>(patches.y + from),
+          w = LoadRegister<V>(planes.w + from), gx = LoadRegister<V>(planes.gx + from),
+          gy = LoadRegister<V>(planes.gy + from);
+  for (int r = 0; r < 3; ++r) {
+    q[r] = pair.a[3 * r] * x + pair.a[3 * r + 1] * y + pair.a[3 * r + 2] + w * pair.b[r];
+    qx[r] = pair.a[3 * r] + gx * pair.b[r];
+    qy[r] = pair.a[3 * r + 1] + gy * pair.b[r];
   }
   const float right = static_cast<float>(source.width) - 1, bottom = static_cast<float>(source.height) - 1;
   const std::int32_t stride = source.width;
   const std::uint32_t* quads = source.quads.data();
-  for (std::size_t s = 0; s < kPatchSamples; ++s) {
-    const float dx = kOffsets.dx[s], dy = kOffsets.dy[s];
-    for (int l = 0; l < kLanes; ++l) {
-      const float z = q[2][l] + dx * qx[2][l] + dy * qy[2][l];
-      const float inverse = 1 / z;
-      // The smaller bound first: what is no number becomes it.
-      const float u = std::min(std::max(0.0F, (q[0][l] + dx * qx[0][l] + dy * qy[0][l]) * inverse - 0.5F), right);
-      const float v = std::min(std::max(0.0F, (q[1][l] + dx * qx[1][l] + dy * qy[1][l]) * inverse - 0.5F), bottom);
-      nearest[l] = std::min(nearest[l], z);
-      const auto i = static_cast<std::int32_t>(u), j = static_cast<std::int32_t>(v);
-      const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j);
-      const auto quad = static_cast<std::int32_t>(quads[j * stride + i]);
-      const auto a = static_cast<float>(quad & 255), b = static_cast<float>((quad >> 8) & 255);
-      const auto c = static_cast<float>((quad >> 16) & 255), d = static_cast<float>((quad >> 24) & 255);
-      const float upper = a + fu * (b - a), lower = c + fu * (d - c);
-      const float value = upper + fv * (lower - upper) - 128;
-      const float weighed = patches.weight[s][l] * value;
-      sum[l] += weighed;
-      square[l] += weighed * value;
-      cross[l] += patches.signal[s][l] * value;
+  V sum{}, square{}, cross{};
+  std::size_t s = 0;
+  for (int j = -kPatchRadiusPx; j <= kPatchRadiusPx; j += 2) {
+    const auto dy = static_cast<float>(j);
+    const V row0 = q[0] + dy * qy[0], row1 = q[1] + dy * qy[1], row2 = q[2] + dy * qy[2];
+#pragma GCC unroll 1
+    for (int i = -kPatchRadiusPx; i <= kPatchRadiusPx; i += 2) {
+      if (i == 0 && j == 0) continue;
+      const auto dx = static_cast<float>(i);
+      const V inverse = 1.0F / (row2 + dx * qx[2]);
+      const V u = Clamped((row0 + dx * qx[0]) * inverse - 0.5F, right);
+      const V v = Clamped((row1 + dx * qx[1]) * inverse - 0.5F, bottom);
+      const I left = __builtin_convertvector(u, I), upper = __builtin_convertvector(v, I);
+      const V fu = u - __builtin_convertvector(left, V), fv = v - __builtin_convertvector(upper, V);
+      const I quad = Fetch<kBytes>(quads, upper * stride + left);
+      const V a = __builtin_convertvector(quad & 255, V), b = __builtin_convertvector((quad >> 8) & 255, V);
+      const V c = __builtin_convertvector((quad >> 16) & 255, V), d = __builtin_convertvector((quad >> 24) & 255, V);
+      const V above = a + fu * (b - a), below = c + fu * (d - c);
+      const V value = above + fv * (below - above) - 128.0F;
+      const V weighed = LoadRegister<V>(patches.weight[s] + from) * value;
+      sum += weighed;
+      square += weighed * value;
+      cross += LoadRegister<V>(patches.signal[s] + from) * value;
+      ++s;
     }
   }
-  for (int l = 0; l < kLanes; ++l) {
+  // Depth is affine as well: the corner of the patch that is nearest speaks for all samples.
+  const V side = Magnitude(qx[2]) + Magnitude(qy[2]);
+  const V nearest = q[2] - static_cast<float>(kPatchRadiusPx) * side;
+  for (int l = 0; l < R::kNumbers; ++l) {
     const float inverse = 1 / q[2][l];
-    const float u = q[0][l] * inverse, v = q[1][l] * inverse;
-    const float deviation = std::sqrt(std::max(square[l] - sum[l] * sum[l], 0.0F));
-    const bool flat = patches.deviation[l] < kFlatDeviation || deviation < kFlatDeviation;
-    const float correlation = cross[l] / std::max(patches.deviation[l] * deviation, 1e-12F);
+    const float at_u = q[0][l] * inverse, at_v = q[1][l] * inverse;
+    const float deviation = std::sqrt(std::max(square[l] - sum[l] * sum[l], 0.0F)), own = patches.deviation[from + l];
+    const bool flat = own < kFlatDeviation || deviation < kFlatDeviation;
+    const float correlation = cross[l] / std::max(own * deviation, 1e-12F);
     const float score = std::min(std::max(1 - correlation, 0.0F), 2.0F);
-    const bool seen = nearest[l] > 0 && u >= 0 && v >= 0 && u <= right + 1 && v <= bottom + 1;
-    cost[l] = !seen ? kUnseen : flat ? 1.0F : score;
+    const bool seen = nearest[l] > 0 && at_u >= 0 && at_v >= 0 && at_u <= right + 1 && at_v <= bottom + 1;
+    cost[from + l] = !seen ? kUnseen : flat ? 1.0F : score;
   }
+}
+
+template <int kBytes>
+LUMI_INLINE void ScoreAll(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                          const PlaneBatch& planes, float* __restrict cost) {
+  for (int from = 0; from < kLanes; from += Register<kBytes>::kNumbers)
+    ScoreRegister<kBytes>(patches, source, pair, planes, from, cost);
+}
+
+LUMI_WITH_64 void Score64(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                          const PlaneBatch& planes, float* cost) {
+  ScoreAll<64>(patches, source, pair, planes, cost);
+}
+LUMI_WITH_32 void Score32(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                          const PlaneBatch& planes, float* cost) {
+  ScoreAll<32>(patches, source, pair, planes, cost);
+}
+LUMI_WITH_16 void Score16(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                          const PlaneBatch& planes, float* cost) {
+  ScoreAll<16>(patches, source, pair, planes, cost);
+}
+
+}  // namespace
+
+void ScorePatches(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
+                  const PlaneBatch& planes, float cost[kLanes]) {
+  static const auto scorer = WidestRegister() == 64 ? Score64 : WidestRegister() == 32 ? Score32 : Score16;
+  scorer(patches, source, pair, planes, cost);
 }
 
 }  // namespace lumi
