@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -13,6 +12,7 @@
 #include "render/radiance/measures/photo_sight.h"
 #include "render/radiance/measures/visibility.h"
 #include "render/radiance/settings.h"
+#include "scene/program/registers.h"
 
 namespace lumi {
 namespace {
@@ -190,35 +190,41 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   }
 }
 
-// The smaller of each lane to a, the larger to b.
-#if defined(__GNUC__) && !defined(__clang__)
-using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), may_alias));
-[[gnu::always_inline]] inline void Order(Lanes& a, Lanes& b) {
-  const Lanes smaller = a < b ? a : b;
+// The smaller of each number to a, the larger to b.
+template <class V>
+LUMI_INLINE void Order(V& a, V& b) {
+  const V smaller = a < b ? a : b;
   b = a < b ? b : a;
   a = smaller;
 }
-#else
-struct Lanes {
-  float v[kLanes];
-};
-inline void Order(Lanes& a, Lanes& b) {
-  for (int i = 0; i < kLanes; ++i)
-    if (b.v[i] < a.v[i]) std::swap(a.v[i], b.v[i]);
-}
-#endif
 
 // Puts h among the `rows` smallest so far of each pixel (rows of kBatch, the smallest first).
-LUMI_KERNEL void Insert(int n, int rows, const float* __restrict h, float* __restrict smallest) {
+template <int kBytes>
+LUMI_INLINE void InsertInto(int n, int rows, const float* __restrict h, float* __restrict smallest) {
+  using R = Register<kBytes>;
+  using V = typename R::Floats;
+  const float* last = smallest + (rows - 1) * kBatch;
   for (int base = 0; base < n; base += kLanes) {
-    Lanes v, least;
-    std::memcpy(&v, h + base, sizeof(Lanes));
-    for (int s = 0; s < rows; ++s) {
-      std::memcpy(&least, smallest + s * kBatch + base, sizeof(Lanes));
-      Order(least, v);
-      std::memcpy(smallest + s * kBatch + base, &least, sizeof(Lanes));
+    // Most photos are farther than the last for all of these pixels.
+    int nearer = 0;
+    for (int i = base; i < base + kLanes; ++i) nearer |= h[i] < last[i] ? 1 : 0;
+    if (nearer == 0) continue;
+    for (int part = base; part < base + kLanes; part += R::kNumbers) {
+      V v = LoadRegister<V>(h + part);
+      for (int s = 0; s < rows; ++s) {
+        V least = LoadRegister<V>(smallest + s * kBatch + part);
+        Order(least, v);
+        StoreRegister(least, smallest + s * kBatch + part);
+      }
     }
   }
+}
+LUMI_WITH_64 void Insert64(int n, int rows, const float* h, float* smallest) { InsertInto<64>(n, rows, h, smallest); }
+LUMI_WITH_32 void Insert32(int n, int rows, const float* h, float* smallest) { InsertInto<32>(n, rows, h, smallest); }
+LUMI_WITH_16 void Insert16(int n, int rows, const float* h, float* smallest) { InsertInto<16>(n, rows, h, smallest); }
+void Insert(int n, int rows, const float* h, float* smallest) {
+  static const auto insert = WidestRegister() == 64 ? Insert64 : WidestRegister() == 32 ? Insert32 : Insert16;
+  insert(n, rows, h, smallest);
 }
 
 // Whether of kLanes pixels any has a finite h that is at most `last`.
@@ -230,18 +236,17 @@ LUMI_INLINE bool Counts(const float* __restrict h, const float* __restrict last)
 
 // Visibility of all photos into their h, where it can matter. The gate only raises h: a photo that is not among the k +
 // 1 smallest of those asked so far without it is not among them with it, and its depth map need not be read. The photos
-// that are likely to count come first, by the batch's middle. What is not asked weighs nothing either way.
+// that are likely to count come first, by the batch's middle. What is not asked weighs nothing either way. `smallest`
+// gets the k + 1 smallest of each pixel.
 struct SightRows {
   float *f, *u, *v, *w;  // rows of kBatch, as h
 };
 void AddVisibility(int n, const std::vector<CandidateRay>& candidates, const CandidateRule& rule, const SightRows& at,
-                   float* h) {
+                   float* h, float* smallest) {
   std::vector<std::size_t> order(candidates.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const float* middle = h + n / 2;
   std::ranges::stable_sort(order, {}, [&](std::size_t c) { return middle[c * kBatch]; });
-  alignas(64) float smallest[(kMaxBlend + 1) * kBatch];
-  std::fill_n(smallest, (rule.k + 1) * kBatch, kInfinity);
   const float* last = smallest + rule.k * kBatch;
   for (const std::size_t c : order) {
     const std::size_t row = c * kBatch;
@@ -258,43 +263,13 @@ void AddVisibility(int n, const std::vector<CandidateRay>& candidates, const Can
   }
 }
 
-// The smallest and the (k+1)st of each pixel; a k known to the compiler keeps them in registers.
-template <int kFixed>
-[[gnu::always_inline]] inline void SmallestAndLast(int n, int candidates, int k_given, const float* __restrict h,
-                                                   float* __restrict h1_out, float* __restrict edge_out) {
-  const int k = kFixed > 0 ? kFixed : k_given;
-  alignas(64) float infinite[kLanes], first[kLanes], last[kLanes];
-  for (float& f : infinite) f = kInfinity;
-  for (int base = 0; base < n; base += kLanes) {
-    Lanes best[(kFixed > 0 ? kFixed : kMaxBlend) + 1];
-#pragma GCC unroll 8
-    for (int s = 0; s <= k; ++s) std::memcpy(&best[s], infinite, sizeof(Lanes));
-    for (int c = 0; c < candidates; ++c) {
-      Lanes v;
-      std::memcpy(&v, h + c * kBatch + base, sizeof(Lanes));
-#pragma GCC unroll 8
-      for (int s = 0; s <= k; ++s) Order(best[s], v);
-    }
-    std::memcpy(first, &best[0], sizeof(Lanes));
-    std::memcpy(last, &best[k], sizeof(Lanes));
-    for (int i = 0; i < kLanes; ++i) {
-      h1_out[base + i] = first[i];
-      edge_out[base + i] = last[i] < kInfinity ? (last[i] == first[i] ? kTied : first[i] / last[i]) : 0.0F;
-    }
+// The smallest and the (k+1)st of each pixel: h_1, and h_1 / h_{k+1} or what stands for it.
+LUMI_KERNEL void Window(int n, const float* __restrict first, const float* __restrict last, float* __restrict h1_out,
+                        float* __restrict edge_out) {
+  for (int i = 0; i < n; ++i) {
+    h1_out[i] = first[i];
+    edge_out[i] = last[i] < kInfinity ? (last[i] == first[i] ? kTied : first[i] / last[i]) : 0.0F;
   }
-}
-
-LUMI_KERNEL void WindowAny(int n, int candidates, int k, const float* h, float* h1, float* edge) {
-  SmallestAndLast<0>(n, candidates, k, h, h1, edge);
-}
-LUMI_KERNEL void Window3(int n, int candidates, int k, const float* h, float* h1, float* edge) {
-  SmallestAndLast<3>(n, candidates, k, h, h1, edge);
-}
-LUMI_KERNEL void Window4(int n, int candidates, int k, const float* h, float* h1, float* edge) {
-  SmallestAndLast<4>(n, candidates, k, h, h1, edge);
-}
-LUMI_KERNEL void Window5(int n, int candidates, int k, const float* h, float* h1, float* edge) {
-  SmallestAndLast<5>(n, candidates, k, h, h1, edge);
 }
 
 // h to h_1/h_j - h_1/h_{k+1}; their sum.
@@ -316,7 +291,7 @@ LUMI_KERNEL void Scale(int n, const float* __restrict by, float* __restrict w) {
 
 void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule,
                      std::vector<float>& weights) {
-  const int n = b.padded(), count = static_cast<int>(candidates.size());
+  const int n = b.padded();
   // Rows for what photos contain, and for visibility's arguments; one for terms.
   const std::size_t rows = candidates.size();
   weights.resize(std::max(weights.size(), (5 * rows + 1) * kBatch));
@@ -336,11 +311,13 @@ void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates,
     measure(b, ray, rule, rays, terms, h, f, u + c * kBatch, v + c * kBatch, w + c * kBatch);
     maps = maps || ray.depth_map;
   }
-  if (maps && rule.gamma > 0) AddVisibility(n, candidates, rule, {contained, u, v, w}, weights.data());
-  (rule.k == 3   ? Window3
-   : rule.k == 4 ? Window4
-   : rule.k == 5 ? Window5
-                 : WindowAny)(n, count, rule.k, weights.data(), rays.h1, rays.edge);
+  alignas(64) float smallest[(kMaxBlend + 1) * kBatch];
+  std::fill_n(smallest, (rule.k + 1) * kBatch, kInfinity);
+  if (maps && rule.gamma > 0)
+    AddVisibility(n, candidates, rule, {contained, u, v, w}, weights.data(), smallest);
+  else
+    for (std::size_t c = 0; c < rows; ++c) Insert(n, rule.k + 1, weights.data() + c * kBatch, smallest);
+  Window(n, smallest, smallest + rule.k * kBatch, rays.h1, rays.edge);
   std::fill_n(rays.sum, n, 0.0F);
   for (std::size_t c = 0; c < rows; ++c) Weights(n, weights.data() + c * kBatch, rays.h1, rays.edge, rays.sum);
   for (int i = 0; i < n; ++i) {

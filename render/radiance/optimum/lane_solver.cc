@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "render/radiance/optimum/leaves_fit_lanes.h"
+#include "scene/program/registers.h"
 
 namespace lumi {
 namespace {
@@ -204,23 +205,14 @@ LUMI_INLINE void PlaceLanes(const LeavesFit<T>& fit, const float* const* D, cons
   }
 }
 
-// For each width the machines that have it: no target_clones, since the width is the caller's.
-#if defined(__x86_64__) && !defined(__clang__)
-#define LUMI_LANES_64 __attribute__((target("arch=x86-64-v4")))
-#define LUMI_LANES_32 __attribute__((target("arch=x86-64-v3")))
-#else
-#define LUMI_LANES_64
-#define LUMI_LANES_32
-#endif
-#define LUMI_LANES_16
-#define LUMI_LANE_KERNELS(T, kBytes)                                                                                   \
-  LUMI_LANES_##kBytes void SolveKernel(const LeavesFit<T>& fit, T tolerance, bool also_z,                              \
-                                       LaneSystem<T, kBytes>& system, std::int32_t* lists) {                           \
-    SolveLanes(fit, tolerance, also_z, system, lists, lists + system.count);                                           \
-  }                                                                                                                    \
-  LUMI_LANES_##kBytes void PlaceKernel(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p, \
-                                       const T* desired, LaneSystem<T, kBytes>& system) {                              \
-    PlaceLanes(fit, D, p, desired, system);                                                                            \
+#define LUMI_LANE_KERNELS(T, kBytes)                                                                                  \
+  LUMI_WITH_##kBytes void SolveKernel(const LeavesFit<T>& fit, T tolerance, bool also_z,                              \
+                                      LaneSystem<T, kBytes>& system, std::int32_t* lists) {                           \
+    SolveLanes(fit, tolerance, also_z, system, lists, lists + system.count);                                          \
+  }                                                                                                                   \
+  LUMI_WITH_##kBytes void PlaceKernel(const LeavesFit<T>& fit, const float* const* D, const LanePoints<T, kBytes>& p, \
+                                      const T* desired, LaneSystem<T, kBytes>& system) {                              \
+    PlaceLanes(fit, D, p, desired, system);                                                                           \
   }
 LUMI_LANE_KERNELS(float, 64)
 LUMI_LANE_KERNELS(float, 32)

@@ -18,6 +18,7 @@
 #include "render/radiance/optimum/duplicates.h"
 #include "render/radiance/optimum/lane_solver.h"
 #include "render/radiance/optimum/sum_to_one.h"
+#include "scene/program/registers.h"
 
 namespace lumi {
 namespace {
@@ -394,13 +395,7 @@ class Optimum {
 
 std::span<const LaneWidth> LaneWidths() {
   static constexpr LaneWidth kWidths[] = {LaneWidth::k64, LaneWidth::k32, LaneWidth::k16};
-#if defined(__x86_64__) && !defined(__clang__)
-  static const std::size_t narrower = __builtin_cpu_supports("x86-64-v4")   ? 0
-                                      : __builtin_cpu_supports("x86-64-v3") ? 1
-                                                                            : 2;
-#else
-  static const std::size_t narrower = 2;
-#endif
+  const std::size_t narrower = WidestRegister() == 64 ? 0 : WidestRegister() == 32 ? 1 : 2;
   return std::span(kWidths).subspan(narrower);
 }
 
