@@ -125,16 +125,23 @@ LUMI_INLINE V Magnitude(V x) {
   return x < zero ? -x : x;
 }
 
-// An index a lane, two lanes a move to an integer register.
+// An index a lane, two lanes a move to an integer register. Halves are put together in registers: the compiler would
+// write the four quarters of 64 bytes to memory and read them as one, which processors wait for.
 template <int kBytes>
 LUMI_INLINE typename Register<kBytes>::Ints Fetch(const std::uint32_t* from, typename Register<kBytes>::Ints index) {
-  const auto pairs = std::bit_cast<typename Register<kBytes>::Pairs>(index);
-  typename Register<kBytes>::Ints quad{};
-  for (int p = 0; p < Register<kBytes>::kNumbers / 2; ++p) {
-    quad[2 * p] = static_cast<std::int32_t>(from[static_cast<std::uint32_t>(pairs[p])]);
-    quad[2 * p + 1] = static_cast<std::int32_t>(from[pairs[p] >> 32]);
+  if constexpr (kBytes == 64) {
+    const auto first = Fetch<32>(from, __builtin_shufflevector(index, index, 0, 1, 2, 3, 4, 5, 6, 7));
+    const auto second = Fetch<32>(from, __builtin_shufflevector(index, index, 8, 9, 10, 11, 12, 13, 14, 15));
+    return __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  } else {
+    const auto pairs = std::bit_cast<typename Register<kBytes>::Pairs>(index);
+    typename Register<kBytes>::Ints quad{};
+    for (int p = 0; p < Register<kBytes>::kNumbers / 2; ++p) {
+      quad[2 * p] = static_cast<std::int32_t>(from[static_cast<std::uint32_t>(pairs[p])]);
+      quad[2 * p + 1] = static_cast<std::int32_t>(from[pairs[p] >> 32]);
+    }
+    return quad;
   }
-  return quad;
 }
 
 // Pixels `from`, from + 1 ... of the batch, a register full: all of a patch's sums are in registers then.
