@@ -143,7 +143,7 @@ dense_each_rows() {
   "$bin/lumi-proxy" dense "$scene" --name each-dense --leave-out each --width "$width" --quiet >/dev/null
   "$bin/lumi-proxy" dense "$scene" --name each-dense-strict --agree 3 --leave-out each --width "$width" --quiet >/dev/null
   for kind in mesh dense dense-strict; do
-    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "each-$kind" --seen-proxy each-dense --holdout each --width "$width" --json --quiet)
+    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "each-$kind" --seen-proxy each-mesh --holdout each --width "$width" --json --quiet)
     rm -rf "$work/dense-frames"
     printf '| %s | %s | %s | %s | %s | %s | %s |\n' "${scene##*/}" "$kind" "$(dense_figure "$json" psnr_mean_db 5)" "$(dense_figure "$json" psnr_seen_mean_db 5)" \
       "$(dense_figure "$json" seen 5)" "$(dense_figure "$json" ssim_mean 5)" "$(dense_figure "$json" coverage 5)"
@@ -172,25 +172,26 @@ dense_costs() {
   simulated_for_dense desk
   [ -f "$work/dense-desk/proxies/mesh.ply" ] || "$bin/lumi-proxy" delaunay "$work/dense-desk" --quiet >/dev/null
   [ -f "$work/dense-desk/proxies/dense.ply" ] || "$bin/lumi-proxy" dense "$work/dense-desk" --quiet >/dev/null
-  printf '\n| capture | depth maps px | seconds a photo | peak MB | points | mesh s | fewer faces s |\n|---|---|---|---|---|---|---|\n'
+  printf '\n| capture | depth maps px | seconds a photo | their peak MB | points | mesh s | fewer faces s | whole command, peak MB |\n|---|---|---|---|---|---|---|---|\n'
   dense_cost "$work/dense-desk" 640 1.5
   dense_cost "$work/dense-desk" 640 1
   dense_cost "$work/fountain" 1000 1
   printf '\n| capture | drawn | sparse mesh ms | dense mesh ms | ratio | all of its faces ms |\n|---|---|---|---|---|---|\n'
   dense_frames "$work/dense-desk"
 }
-# What depth and meshing take: SCENE WIDTH MERGE_PX, everything anew.
+# What depth and meshing take: SCENE WIDTH MERGE_PX, everything anew; depth maps once more by themselves, for their own peak.
 dense_cost() {
   local made folder
   [ -f "$1/lumigraph.json" ] || return 0
   folder=$(mktemp -d)
+  peak_mb "$folder/depth_mb" "$bin/lumi-proxy" dense "$1" --width "$2" --depth-only -o "$folder/stereo" --quiet >/dev/null
   made=$(peak_mb "$folder/mb" "$bin/lumi-proxy" dense "$1" --width "$2" --merge-px "$3" -o "$folder/dense.ply" --json --quiet)
-  awk -v name="${1##*/}" -v width="$2" -v mb="$(cat "$folder/mb")" '
+  awk -v name="${1##*/}" -v width="$2" -v depth_mb="$(cat "$folder/depth_mb")" -v mb="$(cat "$folder/mb")" '
     /"(photos|points_used|tetrahedra|lines_of_sight|cut|surface|simplify_seconds)":/ { gsub(/[",]/, ""); sub(":", ""); value[$1] = $2 }
     /"seconds":/ && !depth { gsub(/,/, ""); depth = $2 }
     END {
-      printf "| %s | %d | %.1f | %s | %d | %.1f | %.1f |\n", name, width, depth / value["photos"], mb, value["points_used"],
-        value["tetrahedra"] + value["lines_of_sight"] + value["cut"] + value["surface"], value["simplify_seconds"]
+      printf "| %s | %d | %.1f | %s | %d | %.1f | %.1f | %s |\n", name, width, depth / value["photos"], depth_mb, value["points_used"],
+        value["tetrahedra"] + value["lines_of_sight"] + value["cut"] + value["surface"], value["simplify_seconds"], mb
     }' <<<"$(sed -n '/"depth"/,$p' <<<"$made")"
   rm -rf "$folder"
 }

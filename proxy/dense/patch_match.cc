@@ -52,9 +52,8 @@ PackedPlanes Pack(const DepthMap& map, const StereoCamera& camera) {
 
 // How far, in pixels of the reference, a plane's point lies from what the source's own map puts there; kMostOffPx where
 // that has nothing.
-LUMI_KERNEL void GeometricErrors(const PatchBatch& at, const PlaneBatch& planes, const PairGeometry& to_given,
-                                 const PairGeometry& back_given, const PackedPlanes& map, float* __restrict error) {
-  const PairGeometry to = to_given, back = back_given;
+LUMI_KERNEL void GeometricErrors(const PatchBatch& at, const PlaneBatch& planes, const PairGeometry& to,
+                                 const PairGeometry& back, const PackedPlanes& map, float* __restrict error) {
   const float sx = map.of_camera_x, sy = map.of_camera_y;
   const float* packed = map.planes.data();
   const std::int32_t stride = map.width;

@@ -165,7 +165,7 @@ LUMI_INLINE void ScoreRegister(const PatchBatch& patches, const QuadImage& sourc
   const std::int32_t stride = source.width;
   const std::uint32_t* quads = source.quads.data();
   V sum{}, square{}, cross{};
-  std::size_t s = 0;
+  std::size_t s = 0;  // in the order of kOffsets
   for (int j = -kPatchRadiusPx; j <= kPatchRadiusPx; j += 2) {
     const auto dy = static_cast<float>(j);
     const V row0 = q[0] + dy * qy[0], row1 = q[1] + dy * qy[1], row2 = q[2] + dy * qy[2];
@@ -228,9 +228,8 @@ LUMI_WITH_16 void Score16(const PatchBatch& patches, const QuadImage& source, co
 }  // namespace
 
 void ScorePatches(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
-                  const PlaneBatch& planes, float cost[kLanes]) {
-  static const auto scorer = WidestRegister() == 64 ? Score64 : WidestRegister() == 32 ? Score32 : Score16;
-  scorer(patches, source, pair, planes, cost);
+                  const PlaneBatch& planes, float cost[kLanes], int register_bytes) {
+  (register_bytes == 64 ? Score64 : register_bytes == 32 ? Score32 : Score16)(patches, source, pair, planes, cost);
 }
 
 }  // namespace lumi

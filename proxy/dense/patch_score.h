@@ -8,6 +8,7 @@
 
 #include "proxy/dense/stereo_camera.h"
 #include "scene/model/image.h"
+#include "scene/program/registers.h"
 
 namespace lumi {
 
@@ -46,7 +47,8 @@ struct alignas(64) PlaneBatch {
 // where either patch is too flat to say anything.
 inline constexpr float kUnseen = 2.0F;
 inline constexpr float kFlatDeviation = 1.0F;  // code values; noise of a good photo at this size is about as much
+// Registers of so many bytes are used, at most WidestRegister(): costs differ by rounding.
 void ScorePatches(const PatchBatch& patches, const QuadImage& source, const PairGeometry& pair,
-                  const PlaneBatch& planes, float cost[kLanes]);
+                  const PlaneBatch& planes, float cost[kLanes], int register_bytes = WidestRegister());
 
 }  // namespace lumi

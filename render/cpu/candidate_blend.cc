@@ -35,20 +35,6 @@ struct PixelRect {
   int width() const { return x1 - x0; }
 };
 
-// Rows by fours, column by column: sixteen pixels in succession, which are traced and weighed together, are a square.
-constexpr int kStripRows = 4;
-template <typename F>
-void ForEachPixel(const PixelRect& rect, F&& visit) {
-  for (int top = rect.y0; top < rect.y1; top += kStripRows)
-    for (int x = rect.x0; x < rect.x1; ++x)
-      for (int y = top; y < std::min(top + kStripRows, rect.y1); ++y) visit(x, y);
-}
-// Which of these pixels (column, row) of the rectangle is.
-std::size_t PlaceInOrder(const PixelRect& rect, int column, int row) {
-  const int top = row - row % kStripRows, rows = std::min(kStripRows, rect.y1 - rect.y0 - top);
-  return static_cast<std::size_t>(top * rect.width() + column * rows + row - top);
-}
-
 class CandidateBlender {
  public:
   CandidateBlender(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer,
@@ -256,9 +242,9 @@ class CandidateBlender {
     work.direction.resize(n);
     work.t.resize(n);
     std::size_t i = 0;
-    ForEachPixel(rect, [&](int x, int y) {
-      work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
-    });
+    for (int y = rect.y0; y < rect.y1; ++y)
+      for (int x = rect.x0; x < rect.x1; ++x)
+        work.direction[i++] = (setup_.ray_from_pixel * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).normalized().cast<float>();
     work.normal.resize(planes_ || setup_.settings.prefilter ? n : 0);
     tracer_.Trace(setup_.desired.centre.cast<float>(), work.direction, work.t, work.normal);
     const auto hit = [&](std::size_t k) { return work.t[k] > 0 && std::isfinite(work.t[k]); };
@@ -268,7 +254,7 @@ class CandidateBlender {
       for (int row = 0; row < kLevelSamples; ++row)
         for (int column = 0; column < kLevelSamples; ++column) {
           const auto at = [](int k, int size) { return (2 * k + 1) * size / (2 * kLevelSamples); };
-          const std::size_t k = PlaceInOrder(rect, at(column, rect.width()), at(row, rect.y1 - rect.y0));
+          const auto k = static_cast<std::size_t>(at(row, rect.y1 - rect.y0) * rect.width() + at(column, rect.width()));
           if (!hit(k)) continue;
           const Eigen::Vector3f offset = work.t[k] * work.direction[k];
           work.points.push_back({offset, work.normal[k], work.normal[k].dot(offset), axis_.dot(offset)});
@@ -279,16 +265,16 @@ class CandidateBlender {
     b.n = 0;
     b.depths = true;
     i = 0;
-    ForEachPixel(rect, [&](int x, int y) {
-      const std::size_t ray = i++;
-      if (!hit(ray)) return;
-      b.x[b.n] = static_cast<float>(x - rect.x0);
-      b.y[b.n] = static_cast<float>(y - rect.y0);
-      b.inverse_depth[b.n] = 1 / (work.t[ray] * axis_.dot(work.direction[ray]));
-      b.pixel[b.n] = y * image_.width + x;
-      if (planes_) SetSlopes(work, ray);
-      if (++b.n == kBatch) Flush(work);
-    });
+    for (int y = rect.y0; y < rect.y1; ++y)
+      for (int x = rect.x0; x < rect.x1; ++x, ++i) {
+        if (!hit(i)) continue;
+        b.x[b.n] = static_cast<float>(x - rect.x0);
+        b.y[b.n] = static_cast<float>(y - rect.y0);
+        b.inverse_depth[b.n] = 1 / (work.t[i] * axis_.dot(work.direction[i]));
+        b.pixel[b.n] = y * image_.width + x;
+        if (planes_) SetSlopes(work, i);
+        if (++b.n == kBatch) Flush(work);
+      }
     Flush(work);
   }
 

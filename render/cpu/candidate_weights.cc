@@ -198,24 +198,27 @@ LUMI_INLINE void Order(V& a, V& b) {
   a = smaller;
 }
 
+template <int kBytes>
+LUMI_INLINE bool AnyLess(typename Register<kBytes>::Floats a, typename Register<kBytes>::Floats b) {
+  const auto less = std::bit_cast<typename Register<kBytes>::Pairs>(a < b);
+  std::uint64_t any = 0;
+  for (int p = 0; p < Register<kBytes>::kNumbers / 2; ++p) any |= less[p];
+  return any != 0;
+}
+
 // Puts h among the `rows` smallest so far of each pixel (rows of kBatch, the smallest first).
 template <int kBytes>
 LUMI_INLINE void InsertInto(int n, int rows, const float* __restrict h, float* __restrict smallest) {
-  using R = Register<kBytes>;
-  using V = typename R::Floats;
+  using V = typename Register<kBytes>::Floats;
   const float* last = smallest + (rows - 1) * kBatch;
-  for (int base = 0; base < n; base += kLanes) {
+  for (int base = 0; base < n; base += Register<kBytes>::kNumbers) {
+    V v = LoadRegister<V>(h + base);
     // Most photos are farther than the last for all of these pixels.
-    int nearer = 0;
-    for (int i = base; i < base + kLanes; ++i) nearer |= h[i] < last[i] ? 1 : 0;
-    if (nearer == 0) continue;
-    for (int part = base; part < base + kLanes; part += R::kNumbers) {
-      V v = LoadRegister<V>(h + part);
-      for (int s = 0; s < rows; ++s) {
-        V least = LoadRegister<V>(smallest + s * kBatch + part);
-        Order(least, v);
-        StoreRegister(least, smallest + s * kBatch + part);
-      }
+    if (!AnyLess<kBytes>(v, LoadRegister<V>(last + base))) continue;
+    for (int s = 0; s < rows; ++s) {
+      V least = LoadRegister<V>(smallest + s * kBatch + base);
+      Order(least, v);
+      StoreRegister(least, smallest + s * kBatch + base);
     }
   }
 }

@@ -14,7 +14,6 @@ namespace lumi {
 struct ProxyTracer::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  int packet = 4;                         // rays that are traced at once
   std::vector<Eigen::Vector3d> vertices;  // normalised
   std::vector<std::array<std::int32_t, 3>> faces;
   ~Impl() {
@@ -29,7 +28,6 @@ ProxyTracer::~ProxyTracer() = default;
 ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_world) : impl_(std::make_unique<Impl>()) {
   if (const auto problem = Validate(mesh)) throw std::invalid_argument("ProxyTracer: " + *problem);
   impl_->device = rtcNewDevice(nullptr);
-  impl_->packet = embree::PacketSize(impl_->device);
   impl_->scene = rtcNewScene(impl_->device);
   // Robust: a ray through an edge or a vertex hits one of its triangles, so that no pixel falls through a seam.
   rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
@@ -55,18 +53,16 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
   rtcCommitScene(impl_->scene);
 }
 
-namespace {
-
-// Packet: RTCRayHit4, 8 or 16.
-template <class Packet, std::size_t kSize>
-void TracePackets(RTCScene scene, const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
-                  std::span<float> t_out, std::span<Eigen::Vector3f> normal_out, std::span<std::int32_t> face_out) {
+void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
+                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out,
+                        std::span<std::int32_t> face_out) const {
+  constexpr std::size_t kPacket = 16;
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  alignas(64) Packet packet;
-  alignas(64) int valid[kSize];
-  for (std::size_t base = 0; base < directions.size(); base += kSize) {
-    const std::size_t n = std::min(kSize, directions.size() - base);
-    for (std::size_t i = 0; i < kSize; ++i) {
+  alignas(64) RTCRayHit16 packet;
+  alignas(64) int valid[kPacket];
+  for (std::size_t base = 0; base < directions.size(); base += kPacket) {
+    const std::size_t n = std::min(kPacket, directions.size() - base);
+    for (std::size_t i = 0; i < kPacket; ++i) {
       valid[i] = i < n ? -1 : 0;
       const Eigen::Vector3f& d = directions[base + std::min(i, n - 1)];
       packet.ray.org_x[i] = origin.x();
@@ -84,7 +80,7 @@ void TracePackets(RTCScene scene, const Eigen::Vector3f& origin, std::span<const
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    embree::IntersectCoherent(valid, scene, packet);
+    embree::IntersectCoherent(valid, impl_->scene, packet);
     for (std::size_t i = 0; i < n; ++i)
       t_out[base + i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kInfinity : packet.ray.tfar[i];
     if (!face_out.empty())
@@ -98,16 +94,6 @@ void TracePackets(RTCScene scene, const Eigen::Vector3f& origin, std::span<const
               ? Eigen::Vector3f::Zero()
               : Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).stableNormalized();
   }
-}
-
-}  // namespace
-
-void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,
-                        std::span<float> t_out, std::span<Eigen::Vector3f> normal_out,
-                        std::span<std::int32_t> face_out) const {
-  (impl_->packet == 16  ? TracePackets<RTCRayHit16, 16>
-   : impl_->packet == 8 ? TracePackets<RTCRayHit8, 8>
-                        : TracePackets<RTCRayHit4, 4>)(impl_->scene, origin, directions, t_out, normal_out, face_out);
 }
 
 double ProxyTracer::Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

@@ -103,6 +103,27 @@ TEST(PatchScore, IsWhatItsFormulaSaysInDouble) {
   }
 }
 
+TEST(PatchScore, IsTheSameInRegistersOfEveryWidth) {
+  constexpr double kRounding = 1e-4;  // of floats: pixels are off by 1e-5, steps between them are up to 100 code values
+  const std::vector<Photographed> photos =
+      PhotographAll({Wall()}, {CameraAt({0, 0, 0}, {0, 0, 4}), CameraAt({0.4, 0.1, 0}, {0, 0, 4})});
+  const QuadImage quads = PackQuads(photos[1].picture.grey);
+  const PairGeometry pair = Pair(photos[0].picture.camera, photos[1].picture.camera);
+  // At the wall, off it, and a plane behind the cameras.
+  for (const double w : {1 / 4.0, 1 / 3.0, -5.0}) {
+    Row16 row(photos[0], 40, 60, w);
+    for (std::size_t l = 0; l < kLanes; ++l) row.planes.gx[l] = 1e-3F * static_cast<float>(l);
+    std::array<float, kLanes> narrow;
+    ScorePatches(row.patches, quads, pair, row.planes, narrow.data(), 16);
+    for (int bytes = 32; bytes <= WidestRegister(); bytes *= 2) {
+      std::array<float, kLanes> wide;
+      ScorePatches(row.patches, quads, pair, row.planes, wide.data(), bytes);
+      for (std::size_t l = 0; l < kLanes; ++l)
+        EXPECT_NEAR(wide[l], narrow[l], kRounding) << bytes << " bytes, pixel " << l << ", w " << w;
+    }
+  }
+}
+
 TEST(PatchScore, IsLeastAtTheTruthWhateverTheExposure) {
   const std::vector<StereoCamera> cameras = {CameraAt({0, 0, 0}, {0, 0, 4}), CameraAt({0.4, 0, 0}, {0.4, 0, 4})};
   const Photographed here = Photograph({Wall()}, cameras[0]), same = Photograph({Wall()}, cameras[1]);
