@@ -48,6 +48,8 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
   const Camera pinhole = PinholeInside(camera);
   const Undistorter undistort(camera, pinhole);
   fs::create_directories(options.undistort);
+  // First: by it a run that goes on where this one ended knows the folder for its own.
+  WriteCameraYaml(pinhole, options.undistort / "camera.yaml");
   int written = 0;
   const auto write = [&](const std::string& stem, const Image8& photo) {
     if (photo.width != width || photo.height != height) return;
@@ -76,7 +78,6 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
       }
     }
   }
-  WriteCameraYaml(pinhole, options.undistort / "camera.yaml");
   return written;
 }
 

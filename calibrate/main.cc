@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
       .Default();
   app.Flag("--tradeoff", options.tradeoff,
            "Also error, standard deviation and seconds against the number of views: table, JSON and SVG");
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Calibrate(options, program.progress());
   });

@@ -7,7 +7,17 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <new>
+
 namespace lumi::embree {
+
+// A call that fails returns null or does nothing, and leaves its reason with the device (null: of one that could not be
+// made). Throws std::bad_alloc where memory ran out; false: something else failed.
+inline bool Succeeded(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  return error == RTC_ERROR_NONE;
+}
 
 #if LUMI_EMBREE_MAJOR >= 4
 inline void Intersect(RTCScene scene, RTCRayHit& query) { rtcIntersect1(scene, &query, nullptr); }

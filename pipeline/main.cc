@@ -158,7 +158,7 @@ int main(int argc, char** argv) {
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 
-  return program.Run(argc, argv, [&]() -> Answer {
+  program.RunAndExit(argc, argv, [&]() -> Answer {
     options.input = options.inputs.front();
     if (options.inputs.size() > 1 && (options.periodic || !stabilize.empty()))
       throw UsageError(fmt::format("{} takes one video, and {} were given",

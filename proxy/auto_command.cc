@@ -155,9 +155,7 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
 // A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which
 // stays.
 bool MadeBefore(const Scene& scene, const Recipe& recipe) {
-  std::error_code error;
-  if (!fs::exists(ProxyPath(scene.folder, recipe.name), error)) return false;
-  const auto record = RecordOf(scene, recipe.name);
+  const auto record = FinishedRecordOf(scene, recipe.name);
   if (!record || !record->options.contains("kind") || !record->inputs.contains("sparse")) return false;
   return record->options.at("kind") == recipe.kind &&
          record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
@@ -166,9 +164,8 @@ bool MadeBefore(const Scene& scene, const Recipe& recipe) {
 // NAME-without-N where it is there and differs from NAME in nothing but the photos that it knows; else empty.
 std::string EvaluatedBefore(const Scene& scene, const std::string& name, int without) {
   const std::string evaluated = StoredName({scene.folder, name, {}, false, without});
-  const auto record = RecordOf(scene, name), other = RecordOf(scene, evaluated);
-  std::error_code error;
-  if (without == 0 || !record || !other || !fs::exists(ProxyPath(scene.folder, evaluated), error)) return {};
+  const auto record = FinishedRecordOf(scene, name), other = FinishedRecordOf(scene, evaluated);
+  if (without == 0 || !record || !other) return {};
   std::map<std::string, std::string> options = other->options;
   options.erase("leave_out");
   std::map<std::string, std::string> for_use = record->options;

@@ -334,5 +334,5 @@ int main(int argc, char** argv) {
   AddDense(program, requests);
   AddHulls(program, requests);
   AddImportAndInfo(program, requests);
-  return program.Run(argc, argv);
+  program.RunAndExit(argc, argv);
 }

@@ -14,6 +14,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kUnfinished = "unfinished";  // in place of the version, until all is written
+
 std::string StageOf(const std::string& name) { return "proxy-" + name; }
 
 }  // namespace
@@ -53,6 +55,13 @@ std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name) 
   return ReadProvenance(scene.folder, StageOf(name));
 }
 
+std::optional<Provenance> FinishedRecordOf(const Scene& scene, const std::string& name) {
+  std::optional<Provenance> record = RecordOf(scene, name);
+  std::error_code error;
+  if (!record || record->version == kUnfinished || !fs::exists(ProxyPath(scene.folder, name), error)) return {};
+  return record;
+}
+
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name) {
   const fs::path path = ProxyPath(scene.folder, name);
   std::error_code error;
@@ -72,7 +81,7 @@ fs::path FiguresPath(const fs::path& scene_folder, const std::string& name) {
 void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
                 Provenance provenance) {
   Provenance begun = provenance;
-  begun.version = "unfinished";
+  begun.version = kUnfinished;
   begun.outputs.clear();
   WriteProvenance(scene.folder, begun);
   const auto wrote = [&](const fs::path& path) {

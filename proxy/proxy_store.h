@@ -28,6 +28,8 @@ Provenance ProxyProvenance(const Scene& scene, const std::string& name, const st
 
 // How NAME was made; none where there is no record, or none that can be read.
 std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name);
+// The same where NAME.ply is there and no run ended while it was made.
+std::optional<Provenance> FinishedRecordOf(const Scene& scene, const std::string& name);
 
 // Throws UsageError where NAME.ply exists and its record names another kind, or none.
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name);

@@ -16,6 +16,13 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
+// There while an export is under way, or was when it ended early: what is beside it is then this program's own, and
+// written once more.
+fs::path MarkOf(const fs::path& output) {
+  return output.extension() == ".json" ? output.parent_path() / ("." + output.filename().string() + ".exporting")
+                                       : output / ".exporting";
+}
+
 void RequireNewOrEmpty(const fs::path& folder) {
   std::error_code ec;
   if (fs::exists(folder, ec) && !(fs::is_directory(folder, ec) && fs::is_empty(folder, ec)))
@@ -52,10 +59,12 @@ ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink) {
   std::error_code ec;
   const bool json = options.output.extension() == ".json";
   const fs::path folder = json ? fs::absolute(options.output).parent_path() : options.output;
-  if (json && fs::exists(options.output, ec))
+  const fs::path mark = MarkOf(options.output);
+  const bool begun = fs::exists(mark, ec);
+  if (!begun && json && fs::exists(options.output, ec))
     throw UsageError(options.output.string() + " is there already: nothing was touched",
                      "remove it, or choose another name");
-  if (!json) RequireNewOrEmpty(folder);
+  if (!begun && !json) RequireNewOrEmpty(folder);
   OpenOptions open;
   open.undistort = false;
   Scene scene = OpenScene(options.scene, open, sink);
@@ -70,8 +79,11 @@ ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink) {
   summary.format = json ? "transforms.json" : "colmap";
   const bool copy =
       !json || !std::ranges::all_of(scene.views, [&](const View& v) { return LiesBelow(scene.ImagePath(v), folder); });
+  if (!begun && copy && json) RequireNewOrEmpty(folder / "images");
+  RemoveStaleTemporariesOf(options.output);
+  WriteTextAtomically(mark, "");
   if (copy) {
-    if (json) RequireNewOrEmpty(folder / "images");
+    RemoveStaleTemporaries(folder / "images");
     scene = WithPhotosIn(std::move(scene), folder / "images", sink);
     summary.photos_copied = static_cast<int>(scene.views.size());
   }
@@ -83,6 +95,12 @@ ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink) {
   summary.cameras = static_cast<int>(scene.cameras.size());
   summary.points = json ? 0 : static_cast<int>(scene.points.size());
   return summary;
+}
+
+void FinishExport(const ExportOptions& options) {
+  std::error_code error;
+  fs::remove(MarkOf(options.output), error);
+  if (error) throw MachineError("cannot be removed: " + error.message(), "remove it", MarkOf(options.output));
 }
 
 void ListKeys(JsonKeys& j, ExportSummary& s) {

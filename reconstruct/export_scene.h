@@ -26,6 +26,9 @@ std::string Describe(const ExportSummary& summary);
 // Cameras as they are, with their distortion. Photos that lie outside the folder of a transforms.json are
 // copied to images/ beside it, so that the folder is whole; a workspace always has its own. Nothing that is there is
 // replaced: UsageError. DataError for a scene without metric cameras.
+// Until FinishExport the output counts as begun, and the same export may be made again.
 ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink);
+// Comes last, when there is nothing left that can fail.
+void FinishExport(const ExportOptions& options);
 
 }  // namespace lumi

@@ -7,6 +7,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/program/out_of_memory.h"
 #include "scene/program/parallel_each.h"
 
 namespace lumi {
@@ -56,6 +57,7 @@ void WriteMasks(const Scene& distorted, const Scene& pinhole, const fs::path& ma
 static fs::path OldOf(fs::path target) { return target += ".old"; }
 
 void ReplaceFolder(const fs::path& fresh, const fs::path& target) {
+  ThrowIfMemoryRanOut();
   const fs::path old = OldOf(target);
   std::error_code ec;
   fs::remove_all(old, ec);

@@ -199,11 +199,14 @@ int main(int argc, char** argv) {
       .Values(3);
   ExportOptions exported;
   Options command =
-      program.Command("export", "A scene as transforms.json (nerfstudio, instant-ngp) or COLMAP workspace",
-                      [&] { return ExportScene(exported, program.progress()); });
+      program.Command("export", "A scene as transforms.json (nerfstudio, instant-ngp) or COLMAP workspace", [&] {
+        Answer answer = ExportScene(exported, program.progress());
+        FinishExport(exported);
+        return answer;
+      });
   command.Add("scene", exported.scene, "Scene folder, COLMAP workspace or transforms.json").Required();
   command.Add("-o,--output", exported.output, "FILE.json, or the folder of a workspace").Required();
-  return program.Run(argc, argv, [&]() -> Answer {
+  program.RunAndExit(argc, argv, [&]() -> Answer {
     o.seed = program.seed();
     o.threads = program.threads();
     if (!o.inputs.empty()) o.input = o.inputs.front();

@@ -227,7 +227,7 @@ int main(int argc, char** argv) {
                                  return measure();
                                }),
                line.measure);
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     read();
     if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");
     return RunRender(line.render, program.progress());

@@ -111,7 +111,7 @@ Json NumbersOf(const auto& values) {
 }
 
 std::string TrueCamerasJson(const std::vector<PlannedView>& views, const ViewRenderer& renderer) {
-  Json json;
+  Json json = Json::object();
   json["convention"] = "x_in_cam = R x_in_world + t; x right, y down, z forward; pixel centres at (i + 0.5, j + 0.5)";
   if (renderer.effects().vignetting) json["vignetting"] = *renderer.effects().vignetting;
   for (const PlannedView& view : views) {

@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
           "Takes one photo in so many, from the second one on, with the camera turned by a quarter, as a phone held "
           "upright: its EXIF orientation is 6 [default: none]")
       .Positive();
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Simulate(options, program.progress());
   });

@@ -1,6 +1,7 @@
 #include "simulate/tracer.h"
 
 #include <limits>
+#include <memory>
 
 #include "cmake/embree.h"
 #include "scene/program/error.h"
@@ -20,27 +21,31 @@ struct SceneDeleter {
 using DevicePtr = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 
+void Require(RTCDevice device, const void* made) {
+  if (!embree::Succeeded(device) || !made) throw MachineError("Embree cannot trace rays on this machine");
+}
+
 void AddShape(RTCDevice device, RTCScene scene, const ShapeMesh& shape, unsigned id) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  Require(device, geometry);
+  const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> released(geometry, rtcReleaseGeometry);
   auto* x = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                         3 * sizeof(float), shape.x_in_world.size()));
   auto* f = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                            3 * sizeof(unsigned), shape.faces.size()));
-  if (x == nullptr || f == nullptr) {
-    rtcReleaseGeometry(geometry);
-    throw MachineError("not enough memory for the scene's triangles");
-  }
+  Require(device, x);
+  Require(device, f);
   for (const Vector3d& v : shape.x_in_world)
     for (Eigen::Index k = 0; k < 3; ++k) *x++ = static_cast<float>(v[k]);
   for (const auto& face : shape.faces)
     for (const std::int32_t v : face) *f++ = static_cast<unsigned>(v);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, id);
-  rtcReleaseGeometry(geometry);
 }
 
 ScenePtr NewScene(RTCDevice device) {
   ScenePtr scene(rtcNewScene(device));
+  Require(device, scene.get());
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
   return scene;
@@ -79,7 +84,7 @@ struct Tracer::Impl {
   double extent = 0;
 
   explicit Impl(const SceneDescription& scene) : description(scene), device(rtcNewDevice(nullptr)) {
-    if (!device) throw MachineError("Embree does not start on this processor");
+    Require(device.get(), device.get());
     still = NewScene(device.get());
     Eigen::AlignedBox3d bounds;
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -101,7 +106,7 @@ struct Tracer::Impl {
     }
     rtcCommitScene(still.get());
     for (const ScenePtr& part : moving_scenes) rtcCommitScene(part.get());
-    if (rtcGetDeviceError(device.get()) != RTC_ERROR_NONE) throw MachineError("Embree could not build the scene");
+    Require(device.get(), still.get());
     if (!bounds.isEmpty()) extent = bounds.diagonal().norm();
   }
 

@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
   scoring.Add("INPUT", score.score.input, "The video as it was taken").Required();
   scoring.Add("VIDEOS", score.score.stabilised, "Stabilised videos of the same frames, of any size");
   scoring.Add("--plot", score.plot, "SVG of paths, spectra and jitter");
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     if (o.scene.empty() || o.output.empty()) throw lumi::UsageError("give SCENE and -o PATH.json", "see --help");
     for (std::size_t i = 0; i + 1 < object_points_px.size(); i += 2)
       s.object_points_px.emplace_back(object_points_px[i], object_points_px[i + 1]);

@@ -82,5 +82,5 @@ int main(int argc, char** argv) {
   s.Add("SCENE", scene, "Scene with times and a period").Required();
   s.Add("--plot", plot, "SVG: position against time, folded into one period, and one window");
 
-  return program.Run(argc, argv);
+  program.RunAndExit(argc, argv);
 }

@@ -305,7 +305,7 @@ CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail) 
 }
 
 void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path) {
-  nlohmann::ordered_json j;
+  nlohmann::ordered_json j = nlohmann::ordered_json::object();
   j["format"] = kFormat;
   j["version"] = kVersion;
   j["fps"] = path.fps;

@@ -127,7 +127,7 @@ void WriteNerfstudioPath(const std::filesystem::path& file, const CameraPath& pa
   const int width = path.width_px > 0 ? path.width_px : width_px,
             height = path.height_px > 0 ? path.height_px : height_px;
   const double aspect = static_cast<double>(width) / height;
-  nlohmann::ordered_json j;
+  nlohmann::ordered_json j = nlohmann::ordered_json::object();
   j["camera_type"] = "perspective";
   j["render_height"] = height;
   j["render_width"] = width;

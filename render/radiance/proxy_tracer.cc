@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
 #include "cmake/embree.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 
@@ -27,14 +29,22 @@ ProxyTracer::~ProxyTracer() = default;
 
 ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_world) : impl_(std::make_unique<Impl>()) {
   if (const auto problem = Validate(mesh)) throw std::invalid_argument("ProxyTracer: " + *problem);
+  const auto require = [&](const void* made) {
+    if (!embree::Succeeded(impl_->device) || !made) throw MachineError("Embree cannot trace rays on this machine");
+  };
   impl_->device = rtcNewDevice(nullptr);
+  require(impl_->device);
   impl_->scene = rtcNewScene(impl_->device);
+  require(impl_->scene);
   // Robust: a ray through an edge or a vertex hits one of its triangles, so that no pixel falls through a seam.
   rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
   if (!mesh.faces.empty()) {
     const RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    require(geometry);
+    const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> released(geometry, rtcReleaseGeometry);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), mesh.vertices.size()));
+    require(vertices);
     impl_->faces = mesh.faces;
     impl_->vertices.reserve(mesh.vertices.size());
     for (const auto& v : mesh.vertices) {
@@ -44,13 +54,14 @@ ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_wo
     }
     auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.faces.size()));
+    require(faces);
     for (const auto& f : mesh.faces)
       for (const auto v : f) *faces++ = static_cast<std::uint32_t>(v);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(impl_->scene, geometry);
-    rtcReleaseGeometry(geometry);
   }
   rtcCommitScene(impl_->scene);
+  require(impl_->scene);
 }
 
 void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions,

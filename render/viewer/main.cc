@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
   app.Flag("!--no-ui", o.show_ui, "No panel, also in screenshots");
   app.Flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
   const lumi::SettingsLine settings(app);
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     settings.Apply(o.settings, o.decided);
     return lumi::Answer(lumi::RunViewer(o, program.progress()), "");
   });

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "render/viewer/navigation.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 
@@ -63,6 +64,7 @@ void PhotoLoader::Work() {
     try {
       loaded.photo = LoadPhoto(scene_, loaded.view, options_);
     } catch (const std::exception& e) {
+      MemoryIsBack();
       loaded.photo = {};
       loaded.error = e.what();
     }

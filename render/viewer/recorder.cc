@@ -9,6 +9,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 
@@ -103,6 +104,7 @@ void Recorder::Work() {
     else
       file = MoveToFreeName(hidden, wanted_);
   } catch (const std::exception& e) {
+    MemoryIsBack();
     end = State::kFailed;
     problem = e.what();
   }

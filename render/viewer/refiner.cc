@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "render/cpu/pixels.h"
+#include "scene/program/out_of_memory.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -110,6 +111,7 @@ RefinedPicture Refiner::Draw(const Refinement& wanted, long number) {
         },
         picture.image);
   } catch (const std::exception& e) {
+    MemoryIsBack();
     picture.problem = e.what();
   }
   picture.seconds = SecondsSince(start);

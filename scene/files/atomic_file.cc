@@ -18,6 +18,7 @@
 
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -131,6 +132,7 @@ void WriteFileAtomically(const fs::path& path, const std::function<void(const fs
   try {
     write(temporary);
     if (!fs::is_regular_file(temporary, error)) throw MachineError("nothing was written", {}, path);
+    ThrowIfMemoryRanOut();
     fs::rename(temporary, path, error);
     if (error) throw CannotWrite(path, error.value());
   } catch (...) {

@@ -106,7 +106,7 @@ MatrixPath ReadMatrixPath(const std::filesystem::path& file) {
 }
 
 void WriteMatrixPath(const std::filesystem::path& file, const MatrixPath& path) {
-  nlohmann::ordered_json j;
+  nlohmann::ordered_json j = nlohmann::ordered_json::object();
   j["format"] = kMatrixPathFormat;
   j["version"] = kMatrixPathVersion;
   j["fps"] = path.fps;

@@ -366,7 +366,8 @@ void WriteScale(const fs::path& folder, double metres_per_unit) {
 }
 
 void WriteManifest(const Scene& scene, const fs::path& folder) {
-  Json json;
+  // Not null: where memory runs out as null becomes an object, the library leaves it as neither.
+  Json json = Json::object();
   json["format"] = kFormatName;
   json["version"] = kSceneFormatVersion;
   json["frame"] = Name(scene.frame);

@@ -276,7 +276,7 @@ void WriteTransformsJson(const Scene& scene, const fs::path& path) {
   if (one && !scene.views.empty()) put_camera(root, scene.CameraOf(scene.views.front()));
   root["frames"] = Json::array();
   for (const View& view : scene.views) {
-    Json frame;
+    Json frame = Json::object();
     const fs::path photo = fs::absolute(scene.ImagePath(view));
     fs::path name = NameFor(folder, photo);
     if (name.empty()) name = NameFor(fs::weakly_canonical(folder), fs::weakly_canonical(photo));  // one is a link

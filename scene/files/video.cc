@@ -12,6 +12,7 @@
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/out_of_memory.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -276,7 +277,8 @@ void VideoWriter::Finish() {
   if (!v.encoder) throw MachineError("no frame was given: there is no video to write", {}, v.path);
   try {
     v.encoder->Finish();
-  } catch (const Error&) {
+    ThrowIfMemoryRanOut();
+  } catch (...) {
     v.Abandon();
     throw;
   }

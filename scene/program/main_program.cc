@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -14,6 +13,7 @@
 
 #include "scene/program/command_line_problem.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/out_of_memory.h"
 #include "scene/program/parallel.h"
 #include "scene/program/printable.h"
 #include "scene/program/version.h"
@@ -49,15 +49,6 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   return static_cast<int>(code);
 }
 
-// Set by the first allocation that fails. A library's lock may then be held for ever, as the exception passed through
-// it: what libraries tear down at the end of a program would wait for it, or abort.
-std::atomic<bool> g_out_of_memory{false};
-
-void NoteOutOfMemory() {
-  g_out_of_memory = true;
-  throw std::bad_alloc();
-}
-
 // What is said where memory runs out inside a function of a library that may not throw: there is no way back from
 // there. Made before, so that saying it takes none.
 std::string g_last_words, g_last_json;
@@ -67,7 +58,7 @@ void OnTerminate() {
   try {
     if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
     // A thread that its library did not wait for, while the exception unwound what held it.
-    if (g_out_of_memory) throw std::bad_alloc();
+    ThrowIfMemoryRanOut();
   } catch (const std::bad_alloc&) {
     std::fputs(g_last_words.c_str(), stderr);
     std::fputs(g_last_json.c_str(), stdout);
@@ -111,22 +102,22 @@ Options Program::Command(const std::string& name, const std::string& description
   return commands_.back().first;
 }
 
-int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
-  std::set_new_handler(NoteOutOfMemory);
-  const int code = Try(argc, argv, body);
-  if (g_out_of_memory) {
-    std::fflush(nullptr);
-    ::_exit(code);
-  }
-  return code;
+void Program::RunAndExit(int argc, char** argv, const std::function<Answer()>& body) {
+  const int code = Run(argc, argv, body);
+  // All is said and done. What libraries tear down at the end of a program allocates, waits for their threads and their
+  // locks, and can fail: then a run that did all it should would end as one that did not, or never.
+  std::fflush(nullptr);
+  ::_exit(code);
 }
 
-int Program::Try(int argc, char** argv, const std::function<Answer()>& body) {
+int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
+  WatchAllocations();
   InstallInterruptHandler();
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version
+    if (MemoryRanOut()) return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
     const CommandLineProblem problem = Explain(*app_, e);
@@ -142,13 +133,17 @@ int Program::Try(int argc, char** argv, const std::function<Answer()>& body) {
     for (const auto& [command, does] : commands_)
       if (command.given()) what = &does;
     const Answer answer = (*what)();
+    ThrowIfMemoryRanOut();
     if (json_)
       PrintJson(name_, answer.keys);
     else if (const std::string& text = quiet_ ? answer.result : answer.text; !text.empty())
-      std::fputs((text + "\n").c_str(), stdout);
+      std::puts(text.c_str());
     if (std::fflush(stdout) != 0) throw MachineError("cannot write to standard output");
     return 0;
   } catch (const Error& e) {
+    // Libraries take a failed allocation for whatever they were doing: "could not open", "corrupt".
+    if (MemoryRanOut() && e.code() != ExitCode::kInterrupted)
+      return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, e.file().string(), kUseLess);
     return Report(name_, json_, e.code(), e.what(), e.file().string(), e.hint());
   } catch (const std::bad_alloc&) {
     return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
@@ -161,7 +156,7 @@ int Program::Try(int argc, char** argv, const std::function<Answer()>& body) {
                   "use fewer threads: --threads 1");
   } catch (const std::exception& e) {
     // OpenCV's own allocations fail with an exception of its own.
-    if (std::string(e.what()).find("OutOfMemoryError") != std::string::npos)
+    if (MemoryRanOut() || std::string(e.what()).find("OutOfMemoryError") != std::string::npos)
       return Report(name_, json_, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
     return Report(name_, json_, ExitCode::kBug, std::string("a bug of ours: ") + e.what(), "", kPleaseReport);
   }

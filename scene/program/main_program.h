@@ -4,7 +4,7 @@
 //     lumi::Program program("lumi-x", "what it does");
 //     XOptions o;
 //     program.options().Add("--width", o.width_px, "Of the pictures, pixels").Default();
-//     return program.Run(argc, argv, [&] { return RunX(o, program.progress()); });   // returns XSummary
+//     program.RunAndExit(argc, argv, [&] { return RunX(o, program.progress()); });   // returns XSummary
 //   }
 //
 // XSummary has ListKeys (scene/files/json_keys.h), what --json prints, and Describe, what a person reads; where it has
@@ -38,9 +38,10 @@ class Program {
   // Parses, runs `body`, or the command that was given, prints the answer's JSON on stdout under --json, "schema" and
   // "version" in front of its keys, else its text; turns exceptions into one line and an exit code.
   int Run(int argc, char** argv, const std::function<Answer()>& body = {});
+  // The same, and ends the process with that exit code, without destroying static objects.
+  [[noreturn]] void RunAndExit(int argc, char** argv, const std::function<Answer()>& body = {});
 
  private:
-  int Try(int argc, char** argv, const std::function<Answer()>& body);
   std::string name_;
   std::unique_ptr<CLI::App> app_;
   Options options_;

@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
   options.Add("--views", views, "Photos of each capture rendered at their own cameras").Range(1, 10000).Default();
   options.Add("--only", only, "Captures by name (desk, fountain ...); default: all");
 
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     if (!data.empty() && !std::filesystem::is_directory(data))
       throw lumi::UsageError("--data: there is no folder " + data.string());
     const std::filesystem::path desk = work / "desk-capture";

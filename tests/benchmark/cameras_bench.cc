@@ -163,7 +163,7 @@ int main(int argc, char** argv) {
   options.Add("--only", o.only, "Captures by name (desk, fountain ...); default: all");
   options.Add("--more", o.more, "Options for lumi-reconstruct").Commas();
   options.Add("--seeds", o.seeds, "Runs of each, with seeds 0, 1 ...").Range(1, 100).Default();
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     const std::string text = lumi::MeasureAll(o, program.progress());
     return lumi::Answer(lumi::JsonKeys(), text);
   });

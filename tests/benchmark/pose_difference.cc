@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   program.options().Add("scene_a", a, "Scene folder, COLMAP workspace or transforms.json").Required();
   program.options().Add("scene_b", b, "Another one; its centres are the extent that percents are of").Required();
 
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     const lumi::JsonKeys keys(lumi::Compare(lumi::Open(a, program.progress()), lumi::Open(b, program.progress())));
     return lumi::Answer(keys, keys.Text(2));
   });

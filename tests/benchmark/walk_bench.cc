@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
   options.Add("--width", o.width, "Of the photos, px").Default();
   options.Add("--photos", o.photos, "Of each row, growing").Commas();
   options.Add("--more", o.more, "Options for lumi-reconstruct").Commas();
-  return program.Run(argc, argv, [&] {
+  program.RunAndExit(argc, argv, [&] {
     std::string text =
         "| walk | photos | features s | matching s | mapping s | polishing s | all s | placed | centres rms % | worst "
         "% "

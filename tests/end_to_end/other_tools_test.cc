@@ -77,6 +77,16 @@ TEST_F(NerfstudioFolder, ComesBackAsItWasWritten) {
   EXPECT_EQ(exported(colmap, again)["photos_copied"], 0) << "they lie beside it already";
   ExpectSameCameras(ReadTransformsJson(again), Truth());
   EXPECT_THAT(ReadText(again), HasSubstr("\"file_path\": \"images/"));
+  // What is whole is not replaced; what an export that ended early has left is.
+  const auto refused = [&](const fs::path& to) {
+    return RunProgram({"lumi-reconstruct", "export", Folder().string(), "-o", to.string()}).exit_code == 2;
+  };
+  EXPECT_TRUE(refused(colmap) && refused(again));
+  WriteTextAtomically(colmap / ".exporting", "");
+  EXPECT_EQ(exported(Folder(), colmap)["photos_copied"], kViewsOfDesk);
+  WriteTextAtomically(colmap / ".transforms.json.exporting", "");
+  EXPECT_EQ(exported(colmap, again)["photos_copied"], 0);
+  EXPECT_TRUE(refused(colmap) && refused(again));
 }
 
 TEST_F(NerfstudioFolder, IsReconstructedFromItsCameras) {

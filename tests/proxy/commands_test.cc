@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/commands.h"
+#include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/image_io.h"
@@ -438,6 +439,25 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   EXPECT_THAT(fastest["reason"].get<std::string>(), HasSubstr("fastest"));
   for (const json& c : chosen["candidates"])
     EXPECT_TRUE(c.contains("refused") || (*Row(chosen, fastest["name"]))["ms_per_frame"] <= c["ms_per_frame"]);
+}
+
+// A run ended after the mesh was written and before what is to be said of it was.
+TEST(ProxyProgram, AutoMakesAnewWhatWasNotFinished) {
+  const TemporaryFolder folder;
+  WritePlateScene(folder / "scene");
+  const Scene scene = OpenScene(folder / "scene", {}, SilentProgress());
+  StoreProxy(scene, "plane", WallMesh(), "", ProxyProvenance(scene, "plane", "plane", {}));
+  Provenance begun = *RecordOf(scene, "plane");
+  begun.version = "unfinished";
+  begun.outputs.clear();
+  WriteProvenance(scene.folder, begun);
+  const ProgramResult result = RunProgram({"lumi-proxy", "auto", (folder / "scene").string(), "--candidates", "plane",
+                                           "--choose-width", "160", "--holdout", "4"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto record = FinishedRecordOf(scene, "plane");
+  ASSERT_TRUE(record.has_value());
+  EXPECT_TRUE(record->outputs.contains("proxies/plane.json"));
+  EXPECT_FALSE(LoadProxy(scene, "plane").vertices == WallMesh().vertices);
 }
 
 TEST(ProxyProgram, AutoTakesWhatIsThereAndKeepsToItsList) {

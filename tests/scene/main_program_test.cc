@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <new>
 #include <nlohmann/json.hpp>
 
+#include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/program/out_of_memory.h"
 #include "scene/program/printable.h"
 
 namespace lumi {
@@ -38,6 +42,48 @@ TEST(Program, ExitCodesAreTheContracts) {
   EXPECT_EQ(Start({}, []() -> std::string { throw MachineError("full"); }).code, 4);
   EXPECT_EQ(Start({}, []() -> std::string { throw std::logic_error("oops"); }).code, 5);
   EXPECT_EQ(Start({}, []() -> std::string { throw Interrupted(); }).code, 130);
+}
+
+// A library that asks for memory, gets none, and says nothing of it: what comes after is not to be trusted.
+void FailToAllocate() {
+  try {
+    std::get_new_handler()();
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+TEST(Program, AnAllocationThatFailedUnseenIsStillOutOfMemory) {
+  const TemporaryFolder folder;
+  const auto run = [](const std::function<std::string()>& body) {
+    const Outcome o = Start({}, body);
+    MemoryIsBack();
+    return o;
+  };
+  const Outcome silent = run([] {
+    FailToAllocate();
+    return "{}";
+  });
+  EXPECT_EQ(silent.code, 4);
+  EXPECT_EQ(silent.err, "lumi-test: out of memory (use smaller photos or fewer of them)\n");
+  const Outcome otherwise = run([]() -> std::string {
+    FailToAllocate();
+    throw InputError("f.bin", "is truncated or corrupt");
+  });
+  EXPECT_EQ(otherwise.code, 4);
+  EXPECT_EQ(otherwise.err, "lumi-test: f.bin: out of memory (use smaller photos or fewer of them)\n");
+  const auto write = [&](bool known) {
+    return run([&] {
+             FailToAllocate();
+             if (known) MemoryIsBack();
+             WriteTextAtomically(folder / "written", "all of it");
+             return "{}";
+           })
+        .code;
+  };
+  EXPECT_EQ(write(false), 4);
+  EXPECT_FALSE(std::filesystem::exists(folder / "written"));
+  EXPECT_EQ(write(true), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "written"));
 }
 
 TEST(Program, AFailureIsOneLineThatNamesTheFileAndTheWayOut) {

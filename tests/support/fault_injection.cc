@@ -294,12 +294,39 @@ bool IsNewStack() {
   return fresh;
 }
 
+// The nearest frames by their places in program and libraries: the same in every run.
+std::uint64_t StackName() {
+  void* frames[kFrames];
+  const int n = backtrace(frames, kFrames);
+  std::uint64_t hash = 1469598103934665603ULL;
+  for (int i = 3; i < n; ++i) {
+    Dl_info module = {};
+    dladdr(frames[i], &module);
+    hash = (hash ^ (reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase))) *
+           1099511628211ULL;
+  }
+  return hash;
+}
+
+// Where it happened, for a person: a line a frame.
+void LogStack() {
+  void* frames[2 * kFrames];
+  backtrace_symbols_fd(frames, backtrace(frames, 2 * kFrames), g_log);
+}
+
 bool AllocationFails(std::size_t size) {
   if (!g_armed || t_inside) return false;
   t_inside = true;
   const long n = ++g_count;
-  if (g_at == 0 && IsNewStack()) Log("call", n, "new", size < 1024 ? "small" : "large");
-  if (n == g_at) Log("failed", n, "new", size < 1024 ? "small" : "large");
+  if (g_at == 0 && IsNewStack()) {
+    char name[20];
+    snprintf(name, sizeof name, "%016llx", static_cast<unsigned long long>(StackName()));
+    Log("call", n, "new", name);
+  }
+  if (n == g_at) {
+    Log("failed", n, "new", size < 1024 ? "small" : "large");
+    LogStack();
+  }
   t_inside = false;
   return n == g_at;
 }

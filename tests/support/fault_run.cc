@@ -21,6 +21,7 @@ FaultRun RunWithFault(const std::vector<std::string>& argv, FaultKind kind, long
   FaultRun run;
   run.result = RunProgram(argv, environment);
   std::ifstream lines(log);
+  // After "failed": its call stack, where it is known.
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string what;
@@ -29,6 +30,7 @@ FaultRun RunWithFault(const std::vector<std::string>& argv, FaultKind kind, long
     std::string call;
     std::getline(words >> std::ws, call);
     if (what == "failed") run.failed = call;
+    if (!run.failed.empty() && what != "failed") run.stack += line + "\n";
     if (what != "call") continue;
     run.points.push_back(n);
     run.calls.push_back(call);

@@ -19,10 +19,11 @@ enum class FaultKind {
 struct FaultRun {
   ProgramResult result;
   std::string failed;  // the call that failed and its file; empty: none did
+  std::string stack;   // of an allocation that failed, a line a frame
   // Without a fault (at = 0): what can fail, by number. Calls on files all; of allocations the first of each call
   // stack.
   std::vector<long> points;
-  std::vector<std::string> calls;  // the same, each with its file: "rename /a/b"
+  std::vector<std::string> calls;  // the same, each with its file: "rename /a/b"; "new" with the name of its stack
 };
 
 // The program itself is meant, none that it starts. at = 0: nothing fails, calls are counted.
