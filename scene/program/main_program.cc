@@ -55,16 +55,20 @@ std::string g_last_words, g_last_json;
 std::terminate_handler g_terminate_before = nullptr;
 
 void OnTerminate() {
+  // After a failed allocation whatever the exception is: a thread that its library did not wait for has none, and what
+  // a library cleans up meanwhile throws its own.
+  bool out_of_memory = MemoryRanOut();
   try {
     if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
-    // A thread that its library did not wait for, while the exception unwound what held it.
-    ThrowIfMemoryRanOut();
   } catch (const std::bad_alloc&) {
+    out_of_memory = true;
+  } catch (...) {
+  }
+  if (out_of_memory) {
     std::fputs(g_last_words.c_str(), stderr);
     std::fputs(g_last_json.c_str(), stdout);
     std::fflush(stdout);
     ::_exit(static_cast<int>(ExitCode::kMachine));
-  } catch (...) {
   }
   if (g_terminate_before) g_terminate_before();
   std::abort();
@@ -114,6 +118,7 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   WatchAllocations();
   InstallInterruptHandler();
   try {
+    PrepareLastWords(name_, false);
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version
