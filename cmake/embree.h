@@ -9,14 +9,16 @@
 
 #include <new>
 
+#include "scene/program/error.h"
+
 namespace lumi::embree {
 
-// A call that fails returns null or does nothing, and leaves its reason with the device (null: of one that could not be
-// made). Throws std::bad_alloc where memory ran out; false: something else failed.
-inline bool Succeeded(RTCDevice device) {
+// To be called after what makes something of a device: a call that fails returns null or does nothing, and leaves its
+// reason with the device (null: one that could not be made). Throws std::bad_alloc or MachineError.
+inline void Require(RTCDevice device, const void* made) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  return error == RTC_ERROR_NONE;
+  if (error != RTC_ERROR_NONE || !made) throw MachineError("Embree cannot trace rays on this machine");
 }
 
 #if LUMI_EMBREE_MAJOR >= 4

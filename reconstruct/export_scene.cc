@@ -87,10 +87,16 @@ ExportSummary ExportScene(const ExportOptions& options, ProgressSink& sink) {
     scene = WithPhotosIn(std::move(scene), folder / "images", sink);
     summary.photos_copied = static_cast<int>(scene.views.size());
   }
-  if (json)
-    WriteTransformsJson(scene, options.output);
-  else
+  if (json) {
+    try {
+      WriteTransformsJson(scene, options.output);
+    } catch (...) {
+      if (!copy && !begun) fs::remove(mark, ec);  // nothing was written
+      throw;
+    }
+  } else {
     WriteColmapModel(scene, folder / "sparse" / "0");
+  }
   summary.photos = static_cast<int>(scene.views.size());
   summary.cameras = static_cast<int>(scene.cameras.size());
   summary.points = json ? 0 : static_cast<int>(scene.points.size());

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "cmake/embree.h"
-#include "scene/program/error.h"
 #include "simulate/shapes.h"
 
 namespace lumi {
@@ -21,20 +20,16 @@ struct SceneDeleter {
 using DevicePtr = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using ScenePtr = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 
-void Require(RTCDevice device, const void* made) {
-  if (!embree::Succeeded(device) || !made) throw MachineError("Embree cannot trace rays on this machine");
-}
-
 void AddShape(RTCDevice device, RTCScene scene, const ShapeMesh& shape, unsigned id) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  Require(device, geometry);
+  embree::Require(device, geometry);
   const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> released(geometry, rtcReleaseGeometry);
   auto* x = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                         3 * sizeof(float), shape.x_in_world.size()));
   auto* f = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                            3 * sizeof(unsigned), shape.faces.size()));
-  Require(device, x);
-  Require(device, f);
+  embree::Require(device, x);
+  embree::Require(device, f);
   for (const Vector3d& v : shape.x_in_world)
     for (Eigen::Index k = 0; k < 3; ++k) *x++ = static_cast<float>(v[k]);
   for (const auto& face : shape.faces)
@@ -45,7 +40,7 @@ void AddShape(RTCDevice device, RTCScene scene, const ShapeMesh& shape, unsigned
 
 ScenePtr NewScene(RTCDevice device) {
   ScenePtr scene(rtcNewScene(device));
-  Require(device, scene.get());
+  embree::Require(device, scene.get());
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
   return scene;
@@ -84,7 +79,7 @@ struct Tracer::Impl {
   double extent = 0;
 
   explicit Impl(const SceneDescription& scene) : description(scene), device(rtcNewDevice(nullptr)) {
-    Require(device.get(), device.get());
+    embree::Require(device.get(), device.get());
     still = NewScene(device.get());
     Eigen::AlignedBox3d bounds;
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -106,7 +101,7 @@ struct Tracer::Impl {
     }
     rtcCommitScene(still.get());
     for (const ScenePtr& part : moving_scenes) rtcCommitScene(part.get());
-    Require(device.get(), still.get());
+    embree::Require(device.get(), still.get());
     if (!bounds.isEmpty()) extent = bounds.diagonal().norm();
   }
 

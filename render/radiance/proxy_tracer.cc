@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "cmake/embree.h"
-#include "scene/program/error.h"
 
 namespace lumi {
 
@@ -29,9 +28,7 @@ ProxyTracer::~ProxyTracer() = default;
 
 ProxyTracer::ProxyTracer(const Mesh& mesh, const Similarity3& normalized_from_world) : impl_(std::make_unique<Impl>()) {
   if (const auto problem = Validate(mesh)) throw std::invalid_argument("ProxyTracer: " + *problem);
-  const auto require = [&](const void* made) {
-    if (!embree::Succeeded(impl_->device) || !made) throw MachineError("Embree cannot trace rays on this machine");
-  };
+  const auto require = [&](const void* made) { embree::Require(impl_->device, made); };
   impl_->device = rtcNewDevice(nullptr);
   require(impl_->device);
   impl_->scene = rtcNewScene(impl_->device);

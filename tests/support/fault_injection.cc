@@ -279,11 +279,15 @@ std::uint64_t g_seen[kTable];
 pthread_mutex_t g_mutex = PTHREAD_MUTEX_INITIALIZER;
 thread_local bool t_inside = false;
 
+// FNV-1a.
+constexpr std::uint64_t kNoFrames = 1469598103934665603ULL;
+std::uint64_t Mixed(std::uint64_t hash, std::uint64_t frame) { return (hash ^ frame) * 1099511628211ULL; }
+
 bool IsNewStack() {
   void* frames[kFrames];
   const int n = backtrace(frames, kFrames);
-  std::uint64_t hash = 1469598103934665603ULL;
-  for (int i = 2; i < n; ++i) hash = (hash ^ reinterpret_cast<std::uint64_t>(frames[i])) * 1099511628211ULL;
+  std::uint64_t hash = kNoFrames;
+  for (int i = 2; i < n; ++i) hash = Mixed(hash, reinterpret_cast<std::uint64_t>(frames[i]));
   hash |= 1;
   pthread_mutex_lock(&g_mutex);
   std::size_t at = (hash >> 20) % kTable;
@@ -298,12 +302,11 @@ bool IsNewStack() {
 std::uint64_t StackName() {
   void* frames[kFrames];
   const int n = backtrace(frames, kFrames);
-  std::uint64_t hash = 1469598103934665603ULL;
+  std::uint64_t hash = kNoFrames;
   for (int i = 3; i < n; ++i) {
     Dl_info module = {};
     dladdr(frames[i], &module);
-    hash = (hash ^ (reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase))) *
-           1099511628211ULL;
+    hash = Mixed(hash, reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase));
   }
   return hash;
 }
