@@ -74,7 +74,7 @@ if [ -n "$only_walk" ]; then
   walk
   exit 0
 fi
-[ -n "$only_speed$only_stabilize$only_dense$only_video" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
+[ -n "$only_speed$only_stabilize$only_dense$only_video$only_flush" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
 # The whole pipeline on 24 photos, waiting for the disk before each record and (a library preloaded) not: the least of three runs in
 # turns, and the seconds that were waited.
 flush_cost() {
@@ -337,12 +337,12 @@ stabilised() {
       if (seconds) printf " %.1f | %.1f |\n", seconds, cpu; else print " | |"
     }' "$folder/score.txt"
 }
-walk() { printf '%s/shaky-%s' "$work" "$1"; }
+shaky_walk() { printf '%s/shaky-%s' "$work" "$1"; }
 # The simulated walks' videos with and without their shake, and the path that the walk was meant to be.
 shaky_walks() {
   local example model object folder
   for example in hallway plaza vertigo; do
-    [ -f "$(walk $example)/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$(walk $example)" --quiet
+    [ -f "$(shaky_walk $example)/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --shake 1.5 -o "$(shaky_walk $example)" --quiet
     [ -f "$work/steady-$example/video.mp4" ] || "$bin/lumi-simulate" --example "$example" --video --views 240 --width 480 --steady -o "$work/steady-$example" --quiet
     case $example in
       vertigo) model=vertigo object=(--object "160,80,155,200") ;;
@@ -350,9 +350,9 @@ shaky_walks() {
     esac
     folder=$work/stabilised/$example
     mkdir -p "$folder"
-    [ -f "$folder/$model.mp4" ] || "$bin/lumi-pipeline" "$(walk $example)/video.mp4" --stabilize "$model" "${object[@]}" --no-score -o "$folder/$model.mp4" >/dev/null
+    [ -f "$folder/$model.mp4" ] || "$bin/lumi-pipeline" "$(shaky_walk $example)/video.mp4" --stabilize "$model" "${object[@]}" --no-score -o "$folder/$model.mp4" >/dev/null
     printf '\n### %s, %s, against the ideal path\n\n```\n' "$example" "$model"
-    "$bin/steady_path_bench" "$(walk $example)" "$folder/$model-work/window-000/scene" "$folder/$model-work/window-000/path.json" "$folder/$model.mp4" "$work/steady-$example/video.mp4" "${object[@]}"
+    "$bin/steady_path_bench" "$(shaky_walk $example)" "$folder/$model-work/window-000/scene" "$folder/$model-work/window-000/path.json" "$folder/$model.mp4" "$work/steady-$example/video.mp4" "${object[@]}"
     printf '```\n'
   done
 }
@@ -364,7 +364,7 @@ stabilisation() {
   printf '\n## Stabilised videos beside vid.stab'"'"'s\n\n'
   printf '| clip | video | cropping | distortion | stability | jitter px | kept area | seconds | CPU seconds |\n|---|---|---|---|---|---|---|---|---|\n'
   # The steady camera's own video is the row after the input.
-  for example in hallway plaza vertigo; do stabilised "$example" "$(walk $example)/video.mp4" 0.8 "$work/steady-$example/video.mp4"; done
+  for example in hallway plaza vertigo; do stabilised "$example" "$(shaky_walk $example)/video.mp4" 0.8 "$work/steady-$example/video.mp4"; done
   # Cropped no more than vid.stab by default.
   if [ -n "$data" ] && [ -d "$data/shaky-sideways" ]; then
     # The same once more as if it were long: in windows.
