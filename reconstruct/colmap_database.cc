@@ -8,12 +8,24 @@
 
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
 
 // COLMAP's key of a pair: id1 * kMaxImages + id2, id1 < id2.
 constexpr std::int64_t kMaxImages = 2147483647;
+
+// As matches are written: the two positions of each, one after another.
+std::vector<std::uint32_t> AsNumbers(const std::vector<std::pair<int, int>>& matches) {
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(2 * matches.size());
+  for (const auto& [i, j] : matches) {
+    numbers.push_back(static_cast<std::uint32_t>(i));
+    numbers.push_back(static_cast<std::uint32_t>(j));
+  }
+  return numbers;
+}
 
 std::int64_t PairId(std::int64_t a, std::int64_t b) { return a < b ? a * kMaxImages + b : b * kMaxImages + a; }
 
@@ -55,6 +67,7 @@ struct ColmapDatabase::Impl {
     Execute("BEGIN IMMEDIATE");
     try {
       body();
+      ThrowIfMemoryRanOut();
       Execute("COMMIT");
     } catch (...) {
       sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
@@ -336,12 +349,6 @@ std::int64_t ColmapDatabase::AddPhoto(const DatabasePhoto& photo) {
 }
 
 void ColmapDatabase::AddPairs(const std::vector<DatabaseMatches>& pairs) {
-  const auto blob = [](const std::vector<std::pair<int, int>>& matches) {
-    std::vector<std::uint32_t> data;
-    for (const auto& [i, j] : matches)
-      data.insert(data.end(), {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
-    return data;
-  };
   const auto bind = [](Impl::Statement& insert, std::int64_t pair, const std::vector<std::uint32_t>& data) {
     sqlite3_bind_int64(insert.s, 1, pair);
     sqlite3_bind_int64(insert.s, 2, static_cast<std::int64_t>(data.size() / 2));
@@ -356,7 +363,7 @@ void ColmapDatabase::AddPairs(const std::vector<DatabaseMatches>& pairs) {
                    "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
     for (const DatabaseMatches& p : pairs) {
       const std::int64_t id = PairId(p.image1, p.image2);
-      const auto matches = blob(p.matches), inliers = blob(p.geometry.inliers);
+      const auto matches = AsNumbers(p.matches), inliers = AsNumbers(p.geometry.inliers);
       bind(raw, id, matches);
       impl_->Write(raw);
       bind(verified, id, inliers);
@@ -374,6 +381,27 @@ void ColmapDatabase::AddPairs(const std::vector<DatabaseMatches>& pairs) {
       numbers(9, pose.data(), 4);
       numbers(10, pose.data(), 3);
       impl_->Write(verified);
+    }
+  });
+}
+
+void ColmapDatabase::CopyTo(const std::filesystem::path& path) const {
+  Impl::Statement copy;
+  impl_->Prepare(copy, "VACUUM INTO ?");
+  sqlite3_bind_text(copy.s, 1, path.c_str(), -1, SQLITE_TRANSIENT);
+  impl_->Step(copy);
+}
+
+void ColmapDatabase::KeepOfVerified(const std::vector<VerifiedMatchesLeft>& pairs) {
+  impl_->Transact([&] {
+    Impl::Statement update;
+    impl_->Prepare(update, "UPDATE two_view_geometries SET rows = ?, data = ? WHERE pair_id = ?");
+    for (const VerifiedMatchesLeft& pair : pairs) {
+      const std::vector<std::uint32_t> data = AsNumbers(pair.matches);
+      sqlite3_bind_int64(update.s, 1, static_cast<std::int64_t>(pair.matches.size()));
+      Impl::Bind(update, 2, data.data(), data.size() * sizeof(std::uint32_t));
+      sqlite3_bind_int64(update.s, 3, PairId(pair.image1, pair.image2));
+      impl_->Write(update);
     }
   });
 }

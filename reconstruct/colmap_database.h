@@ -52,6 +52,12 @@ struct DatabaseMatches {
   PairGeometry geometry;  // of what is left after verification
 };
 
+// Of a pair's verified matches those that are to stay, image1 < image2.
+struct VerifiedMatchesLeft {
+  std::int64_t image1 = 0, image2 = 0;
+  std::vector<std::pair<int, int>> matches;
+};
+
 class ColmapDatabase {
  public:
   // kOurs: what a killed run left in the journal is recovered, SetCameras works. kTheirs: nothing is written, not even
@@ -91,6 +97,10 @@ class ColmapDatabase {
   // (HasRigs) want more rows than these two write. AddPhoto returns the camera's id.
   std::int64_t AddPhoto(const DatabasePhoto& photo);
   void AddPairs(const std::vector<DatabaseMatches>& pairs);
+
+  // A new file with the same rows, in a folder where a killed run left no journal of one of that name.
+  void CopyTo(const std::filesystem::path& path) const;
+  void KeepOfVerified(const std::vector<VerifiedMatchesLeft>& pairs);
 
  private:
   struct Impl;

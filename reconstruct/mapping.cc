@@ -13,6 +13,7 @@
 #include "reconstruct/merge_models.h"
 #include "reconstruct/reprojection.h"
 #include "reconstruct/standing.h"
+#include "reconstruct/thin_matches.h"
 #include "scene/files/colmap_model.h"
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
@@ -64,6 +65,9 @@ constexpr double kPoorFraction = 0.5;
 constexpr const char* kMildInitialAngleDeg = "6";
 constexpr const char* kMildInitialInliers = "50";
 constexpr const char* kMildPoseInliers = "20";
+
+// From so many photos on they are placed by few matches (thin_matches.h).
+constexpr std::size_t kPhotosToThin = 60;
 
 struct Part {
   fs::path folder;
@@ -135,21 +139,15 @@ bool HoldsOnly(const Capture& capture, const fs::path& database, ProgressSink& s
   return only;
 }
 
-// The parts that COLMAP's mapper finds, the largest first; never none.
-std::vector<Part> PlacePhotos(const Capture& capture, const CameraPlan& cameras, const Features& features,
-                              const ColmapJob& job) {
-  const auto& [options, work_folder, colmap, sink] = job;
-  const fs::path sparse = work_folder / "sparse";
-  std::error_code ec;
-  fs::remove_all(sparse, ec);
-  fs::create_directories(sparse);
-  const auto n = capture.photos.size();
+std::vector<ColmapOption> MapperOptions(const Capture& capture, const CameraPlan& cameras, const fs::path& database,
+                                        const fs::path& output, const ColmapJob& job) {
+  const ReconstructOptions& options = job.options;
   const std::string refine = cameras.known ? "0" : "1";
   std::vector<ColmapOption> arguments = {
-      {"database_path", features.database.string()},
+      {"database_path", database.string()},
       {"image_path", capture.folder.string()},
-      {"output_path", sparse.string()},
-      {"image_list_path", (work_folder / kPhotoList).string(), false},
+      {"output_path", output.string()},
+      {"image_list_path", (job.work_folder / kPhotoList).string(), false},
       {"Mapper.ba_refine_focal_length", refine},
       {"Mapper.ba_refine_principal_point", "0"},
       {"Mapper.ba_refine_extra_params", refine},
@@ -159,43 +157,136 @@ std::vector<Part> PlacePhotos(const Capture& capture, const CameraPlan& cameras,
       {"Mapper.ba_min_num_residuals_for_multi_threading", kResidualsForThreads, false},
       {"random_seed", std::to_string(options.seed), false}};
   if (options.mapper != Mapper::kCareful) arguments.insert(arguments.end(), kEndEarly.begin(), kEndEarly.end());
-  int rc = 0;
-  if (options.mapper == Mapper::kHierarchical && HoldsOnly(capture, features.database, sink)) {
-    std::vector<ColmapOption> hierarchical = arguments;
-    std::erase_if(hierarchical, [](const ColmapOption& o) { return o.name == "image_list_path"; });
-    hierarchical.push_back({"leaf_max_num_images", kPhotosOfAPart});
-    if (options.threads > 0) hierarchical.push_back({"num_workers", std::to_string(options.threads)});
-    rc = colmap.Run("hierarchical_mapper", hierarchical, "placing cameras part by part (COLMAP)", static_cast<long>(n));
+  return arguments;
+}
+
+fs::path EmptyFolder(const fs::path& folder) {
+  std::error_code ec;
+  fs::remove_all(folder, ec);
+  fs::create_directories(folder);
+  return folder;
+}
+
+struct Placed {
+  std::vector<Part> parts;  // the largest first
+  int exit_code = 0;
+};
+
+// By the mapper that is asked for, into work_folder/sparse.
+Placed RunMapper(const Capture& capture, const CameraPlan& cameras, const fs::path& database, const ColmapJob& job) {
+  const fs::path sparse = EmptyFolder(job.work_folder / "sparse");
+  std::vector<ColmapOption> arguments = MapperOptions(capture, cameras, database, sparse, job);
+  const auto n = static_cast<long>(capture.photos.size());
+  Placed placed;
+  if (job.options.mapper == Mapper::kHierarchical && HoldsOnly(capture, database, job.sink)) {
+    std::erase_if(arguments, [](const ColmapOption& o) { return o.name == "image_list_path"; });
+    arguments.push_back({"leaf_max_num_images", kPhotosOfAPart});
+    if (job.options.threads > 0) arguments.push_back({"num_workers", std::to_string(job.options.threads)});
+    placed.exit_code = job.colmap.Run("hierarchical_mapper", arguments, "placing cameras part by part (COLMAP)", n);
   } else {
-    rc = colmap.Run("mapper", arguments, "placing cameras (COLMAP)", static_cast<long>(n));
+    placed.exit_code = job.colmap.Run("mapper", arguments, "placing cameras (COLMAP)", n);
   }
-  std::vector<Part> parts = ReadParts(sparse);
-  const auto trusted = [](const std::vector<Part>& p) { return !p.empty() && Distrust(p.front().scene).empty(); };
-  if (!trusted(parts) ||
-      static_cast<double>(parts.front().scene.views.size()) < kPoorFraction * static_cast<double>(n)) {
+  placed.parts = ReadParts(sparse);
+  return placed;
+}
+
+bool Trusted(const std::vector<Part>& parts) { return !parts.empty() && Distrust(parts.front().scene).empty(); }
+
+// Whether a scene is there with a good part of the photos.
+bool Good(const std::vector<Part>& parts, std::size_t photos) {
+  return Trusted(parts) &&
+         static_cast<double>(parts.front().scene.views.size()) >= kPoorFraction * static_cast<double>(photos);
+}
+
+// What COLMAP made of a part, in the part's place.
+Part Replaced(const Part& part, const fs::path& made, Scene scene) {
+  fs::remove_all(part.folder);
+  fs::rename(made, part.folder);
+  return {part.folder, std::move(scene)};
+}
+
+// The part with its points triangulated from all matches, its cameras as they are.
+Part WithAllMatches(const Part& part, const Capture& capture, const fs::path& database, const ColmapJob& job) {
+  const fs::path made = EmptyFolder(job.work_folder / "sparse-all");
+  job.colmap.Run("point_triangulator",
+                 {{"database_path", database.string()},
+                  {"image_path", capture.folder.string()},
+                  {"input_path", part.folder.string()},
+                  {"output_path", made.string()},
+                  {"clear_points", "1", false},
+                  {"Mapper.ba_refine_focal_length", "0"},
+                  {"Mapper.ba_refine_principal_point", "0"},
+                  {"Mapper.ba_refine_extra_params", "0"},
+                  {"Mapper.num_threads", job.options.threads > 0 ? std::to_string(job.options.threads) : "-1"},
+                  {"Mapper.ba_global_max_refinements", "1", false},
+                  {"Mapper.ba_global_function_tolerance", kMappingTolerance, false}},
+                 "triangulating from all matches (COLMAP)", static_cast<long>(part.scene.views.size()));
+  if (!FindColmapModel(made)) return part;
+  Scene scene = ReadColmapModel(made);
+  const bool whole = scene.views.size() == part.scene.views.size() && scene.points.size() >= part.scene.points.size();
+  return whole ? Replaced(part, made, std::move(scene)) : part;
+}
+
+// What few matches did not place may be placed by all of them.
+Part WithMorePhotos(const Part& part, const Capture& capture, const CameraPlan& cameras, const fs::path& database,
+                    const ColmapJob& job) {
+  const fs::path made = EmptyFolder(job.work_folder / "sparse-more");
+  std::vector<ColmapOption> arguments = MapperOptions(capture, cameras, database, made, job);
+  arguments.push_back({"input_path", part.folder.string()});
+  job.colmap.Run("mapper", arguments, "placing the remaining cameras (COLMAP)",
+                 static_cast<long>(capture.photos.size()));
+  if (!FindColmapModel(made)) return part;
+  Scene scene = ReadColmapModel(made);
+  return scene.views.size() > part.scene.views.size() ? Replaced(part, made, std::move(scene)) : part;
+}
+
+// Cameras placed by few matches, points of all. No parts where the capture is small, has few matches anyway, or is not
+// held together by them.
+std::vector<Part> PlaceByFewMatches(const Capture& capture, const CameraPlan& cameras, const Features& features,
+                                    const ColmapJob& job) {
+  if (job.options.mapper == Mapper::kCareful || capture.photos.size() < kPhotosToThin) return {};
+  const fs::path folder = EmptyFolder(job.work_folder / "thinned");
+  Placed placed;
+  if (const fs::path thinned = folder / "database.db"; WriteThinnedDatabase(features.database, thinned))
+    placed = RunMapper(capture, cameras, thinned, job);
+  std::error_code ec;
+  fs::remove_all(folder, ec);
+  if (!Good(placed.parts, capture.photos.size())) return {};
+  for (Part& part : placed.parts) part = WithAllMatches(part, capture, features.database, job);
+  Part& largest = placed.parts.front();
+  if (largest.scene.views.size() < capture.photos.size())
+    largest = WithMorePhotos(largest, capture, cameras, features.database, job);
+  return std::move(placed.parts);
+}
+
+// The parts that COLMAP's mapper finds, the largest first; never none.
+std::vector<Part> PlacePhotos(const Capture& capture, const CameraPlan& cameras, const Features& features,
+                              const ColmapJob& job) {
+  const auto n = capture.photos.size();
+  if (std::vector<Part> parts = PlaceByFewMatches(capture, cameras, features, job); !parts.empty()) return parts;
+  Placed placed = RunMapper(capture, cameras, features.database, job);
+  if (!Good(placed.parts, n)) {
     // Photos taken close to each other: where no pair reaches COLMAP's 16 degrees and 100 points to begin with, it
     // begins with a bad one. Once more with milder bounds; the larger scene stays.
-    const fs::path second = work_folder / "sparse-mild";
-    fs::remove_all(second, ec);
-    fs::create_directories(second);
-    std::vector<ColmapOption> mild = arguments;
-    mild[2].value = second.string();
+    const fs::path second = EmptyFolder(job.work_folder / "sparse-mild");
+    std::vector<ColmapOption> mild = MapperOptions(capture, cameras, features.database, second, job);
     mild.push_back({"Mapper.init_min_tri_angle", kMildInitialAngleDeg});
     mild.push_back({"Mapper.init_min_num_inliers", kMildInitialInliers});
     mild.push_back({"Mapper.abs_pose_min_num_inliers", kMildPoseInliers});
-    const int mild_rc =
-        colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
+    const int rc =
+        job.colmap.Run("mapper", mild, "placing cameras that are close together (COLMAP)", static_cast<long>(n));
     std::vector<Part> others = ReadParts(second);
-    if (trusted(others) && (!trusted(parts) || others.front().scene.views.size() > parts.front().scene.views.size())) {
-      parts = std::move(others);
-      rc = mild_rc;
-    }
+    if (Trusted(others) &&
+        (!Trusted(placed.parts) || others.front().scene.views.size() > placed.parts.front().scene.views.size()))
+      placed = {std::move(others), rc};
   }
-  if (parts.empty())
+  if (placed.parts.empty())
     throw DataError(fmt::format("COLMAP found no two of the {} photos that show one thing from different places{}", n,
-                                rc == 0 ? "" : fmt::format(" (it ended with {}: {})", rc, colmap.LastComplaint())),
+                                placed.exit_code == 0 ? ""
+                                                      : fmt::format(" (it ended with {}: {})", placed.exit_code,
+                                                                    job.colmap.LastComplaint())),
                     ShootHint(n));
-  return parts;
+  return std::move(placed.parts);
 }
 
 // Cameras of groups that nothing verifies, to the front.

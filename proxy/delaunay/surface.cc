@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "proxy/disjoint_sets.h"
+#include "scene/geometry/disjoint_sets.h"
 
 namespace lumi {
 namespace {

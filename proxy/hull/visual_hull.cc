@@ -13,7 +13,7 @@
 #include <optional>
 #include <utility>
 
-#include "proxy/disjoint_sets.h"
+#include "scene/geometry/disjoint_sets.h"
 #include "proxy/hull/consistency.h"
 #include "proxy/hull/contour.h"
 #include "proxy/hull/hull_grid.h"

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "proxy/disjoint_sets.h"
+#include "scene/geometry/disjoint_sets.h"
 
 namespace lumi {
 namespace {

@@ -9,7 +9,7 @@
 #include <map>
 #include <numeric>
 
-#include "proxy/disjoint_sets.h"
+#include "scene/geometry/disjoint_sets.h"
 #include "scene/program/error.h"
 
 namespace lumi {

@@ -33,9 +33,7 @@ const char* g_below = "";
 std::size_t g_below_length = 0;
 long g_at = 0;  // which one fails; 0: none, they are counted
 int g_log = -1;
-// LUMI_FLUSH, for measuring: off: what waits for the disk does not wait; timed: the log says how long each took.
-enum class Flushing { kAsItIs, kOff, kTimed };
-Flushing g_flushing = Flushing::kAsItIs;
+bool g_timed_flushes = false;
 std::atomic<long> g_count{0};
 std::atomic<bool> g_armed{false};  // memory: once the program's main part has begun
 
@@ -54,19 +52,17 @@ bool IsMeant() {
   return strcmp(slash ? slash + 1 : self, wanted) == 0;
 }
 
-// Of every program of the suite, the others that they start left alone.
-void BeginFlushing(const char* how, const char* log) {
+// In every program of the suite, the others that they start left alone.
+void TimeFlushes(const char* log) {
   char self[PATH_MAX] = {};
   if (readlink("/proc/self/exe", self, sizeof self - 1) <= 0 || !strstr(self, "/lumi-")) return;
-  g_flushing = strcmp(how, "off") == 0 ? Flushing::kOff : Flushing::kTimed;
+  g_timed_flushes = true;
   g_log = static_cast<int>(syscall(SYS_openat, AT_FDCWD, log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
 }
 
-// Calls `flush` on a file, or does as LUMI_FLUSH says.
 template <typename Flush>
 int Flushed(Flush* flush, int fd) {
-  if (g_flushing == Flushing::kAsItIs) return flush(fd);
-  if (g_flushing == Flushing::kOff) return 0;
+  if (!g_timed_flushes) return flush(fd);
   timespec begin = {}, end = {};
   clock_gettime(CLOCK_MONOTONIC, &begin);
   const int result = flush(fd);
@@ -78,8 +74,7 @@ int Flushed(Flush* flush, int fd) {
 }
 
 __attribute__((constructor)) void Begin() {
-  if (const char* flush = getenv("LUMI_FLUSH"), *log = getenv("LUMI_FAULT_LOG"); flush && log)
-    BeginFlushing(flush, log);
+  if (const char* log = getenv("LUMI_FLUSH_LOG")) TimeFlushes(log);
   const char *below = getenv("LUMI_FAULT_BELOW"), *kind = getenv("LUMI_FAULT_KIND"), *at = getenv("LUMI_FAULT_AT"),
              *log = getenv("LUMI_FAULT_LOG");
   if (!below || !kind || !at || !log || !IsMeant()) return;
