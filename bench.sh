@@ -50,7 +50,7 @@ stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-sta
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
 elif [ -n "$only_walk" ]; then build release lumi-simulate lumi-reconstruct walk_bench
 elif [ -n "$only_video" ]; then build release video_bench
-elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render fault_injection
+elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export fault_injection
 elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
   build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench walk_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench

@@ -30,7 +30,7 @@ if [ -n "$input" ]; then
 fi
 
 install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-view
+build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export lumi-simulate lumi-view
 bin=$PWD/build/release/bin
 
 if [ -z "$input" ]; then

@@ -30,6 +30,8 @@ struct PipelineOptions {
   std::string render_backend = "cpu";  // cpu, gl
   bool video = true;                   // the fly-through
   bool video_fill = true;              // its holes get smooth colours from around them
+  bool web = true;                     // the page to walk in, web.html
+  double web_mb = 32;                  // at most so large
   int video_width_px = 960;
   double video_seconds = 6;
   // The fly-through's frames may be so far from a weight at every pixel (PSNR), which buys their speed. 0: not at all.

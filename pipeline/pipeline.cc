@@ -116,7 +116,8 @@ class Run {
                           IsWithin(options_.input, summary_.scene);
     const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
     count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 +
-             (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) + 1;
+             (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) +
+             (options_.web ? 1 : 0) + 1;
 
     if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
@@ -125,6 +126,7 @@ class Run {
     if (options_.faces > 0) Simplify();
     if (options_.holdout > 0) Evaluate(in_place);
     if (options_.video) MakeVideo();
+    if (options_.web) MakeWebPage();
     Report();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     return summary_;
@@ -332,6 +334,23 @@ class Run {
     StartRender("video", summary_.video, std::move(arguments), {"fronts"});
   }
 
+  // A scene that no page can show is a scene all the same.
+  void MakeWebPage() {
+    summary_.web = summary_.scene / "web.html";
+    std::map<std::string, fs::path> inputs;
+    for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
+    try {
+      StartRecorded("web", "lumi-export", inputs, {summary_.web},
+                    {"web", summary_.scene.string(), "-o", summary_.web.string()},
+                    {"--max-mb", fmt::format("{}", options_.web_mb)});
+    } catch (const Error& e) {
+      if (e.code() != ExitCode::kDataRefused) throw;
+      progress_.Message(fmt::format("no web page: {}", e.what()));
+      summary_.web.clear();
+      --count_;
+    }
+  }
+
   // Of the stages before the report.
   double AroundColmapSeconds() const {
     double seconds = 0;
@@ -347,7 +366,7 @@ class Run {
     summary_.around_colmap_seconds = AroundColmapSeconds();
     ReportInput input{
         summary_.scene,  options_.input, summary_.stages, summary_.colmap_seconds, summary_.around_colmap_seconds,
-        holdout_folder_, summary_.video};
+        holdout_folder_, summary_.video, summary_.web};
     StageResult stage;
     stage.name = "report";
 
@@ -434,6 +453,7 @@ void ListKeys(JsonKeys& j, PipelineSummary& s) {
   const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
   j("scene", s.scene, "report", s.report, "stages", s.stages)
       .Say("video", written(s.video))
+      .Say("web", written(s.web))
       .Say("contact_sheet", written(s.contact_sheet));
   j("colmap_seconds", s.colmap_seconds, "around_colmap_seconds", s.around_colmap_seconds);
   j.Say("around_colmap_percent",
@@ -476,6 +496,10 @@ static std::string LineOf(const StageResult& stage) {
     return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames,
                        s.period_sigma_frames, s.samples_per_window);
   }
+  if (stage.name == "web") {
+    const auto s = stage.summary.As<sibling::WebPageSummary>();
+    return fmt::format("{}{:.1f} MB, {} photos\n", kIndent, s.mb, s.photos);
+  }
   if (stage.name == "video")
     if (const std::string how = DescribeFrames(stage.summary.As<sibling::FramesSummary>()); !how.empty())
       return kIndent + how + "\n";
@@ -501,6 +525,7 @@ std::string Describe(const PipelineSummary& summary) {
         summary.colmap_seconds);
   text += "scene:   " + summary.scene.string() + "\nreport:  " + summary.report.string() + "\n";
   if (!summary.video.empty()) text += "video:   " + summary.video.string() + "\n";
+  if (!summary.web.empty()) text += "page:    " + summary.web.string() + "\n";
   if (!summary.contact_sheet.empty()) text += "sheet:   " + summary.contact_sheet.string() + "\n";
   return text + "walk:    lumi-view " + summary.scene.string();
 }

@@ -11,7 +11,7 @@
 namespace lumi {
 
 struct PipelineSummary {
-  std::filesystem::path scene, report, video, contact_sheet;  // video, contact sheet: empty where not made
+  std::filesystem::path scene, report, video, web, contact_sheet;  // the last three: empty where not made
   std::vector<StageResult> stages;
   double colmap_seconds = 0;  // COLMAP's own part of reconstruct
   // Preparation, proxy and report: all that is needed for a lumigraph beside COLMAP. Evaluation and video are extras.

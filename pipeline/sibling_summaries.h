@@ -109,6 +109,13 @@ struct MadeProxySummary {
 };
 inline void ListKeys(JsonKeys& j, MadeProxySummary& s) { j("name", s.name, "faces", s.faces); }
 
+// lumi-export web.
+struct WebPageSummary {
+  double mb = 0;
+  int photos = 0;
+};
+inline void ListKeys(JsonKeys& j, WebPageSummary& s) { j("mb", s.mb, "photos", s.photos); }
+
 // lumi-render --holdout.
 struct HeldOutView {
   std::string name, file;

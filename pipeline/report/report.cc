@@ -296,6 +296,11 @@ std::string BackendsHtml(const CamerasSummary& cameras) {
 std::string NextHtml(const ReportInput& input, const CamerasSummary& cameras) {
   const std::string scene = input.scene_folder.string();
   std::string html = "<p>Walk through it:</p><pre>lumi-view " + EscapeHtml(scene) + "</pre>\n";
+  if (!input.web.empty()) {
+    const std::string file = EscapeHtml(input.web.filename().string());
+    html += "<p>Or in a browser, here or on any other machine: <a href=\"" + file + "\">" + file +
+            "</a> is all that it needs.</p>\n";
+  }
   if (!input.video.empty()) {
     const std::string file = EscapeHtml(input.video.filename().string()),
                       how = EscapeHtml(DescribeFrames(SummaryOf<FramesSummary>(input, "video")));

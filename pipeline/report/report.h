@@ -18,6 +18,7 @@ struct ReportInput {
   double colmap_seconds = 0, around_colmap_seconds = 0;
   std::filesystem::path holdout_folder;  // where lumi-render wrote its held-out renders; empty: none
   std::filesystem::path video;           // empty: none
+  std::filesystem::path web;             // the page to walk in; empty: none
 };
 
 struct ReportFiles {

@@ -5,22 +5,60 @@
 namespace lumi {
 namespace {
 
-// Interface of the blend, the cameras that a pixel looks at, and R(h).
-constexpr const char* kHead = R"(
-layout(location = 0) out vec4 color;  // premultiplied
-
+// A pixel's ray.
+constexpr const char* kRays = R"(
 uniform sampler2D depth_map;
 uniform mat3 ray_from_pixel;   // to the plane at depth 1
-uniform usamplerBuffer lists;
+
+// Sets the pixel's ray; false where it misses the proxy.
+bool OpenAt(vec2 at_px) {
+  pixel = at_px;
+  view_depth = texelFetch(depth_map, ivec2(pixel), 0).r;
+  if (view_depth <= 0.0) return false;
+  vec3 ray = ray_from_pixel * vec3(pixel, 1.0);
+  float slant = length(ray);  // of the offset itself it overflows at 1e19
+  offset = view_depth * ray;
+  t = view_depth * slant;
+  d = ray / slant;
+#ifdef FACES
+  normal = FACE_NORMAL(ivec2(pixel));
+#endif
+#ifdef STRETCH_BY_JACOBIAN
+  PrepareStretch();
+#endif
+  return true;
+}
+
+float Theta(vec4 D) { return Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)); }
+)";
+
+// The cameras that a pixel looks at, and R(h).
+constexpr const char* kHead = R"(
+layout(location = 0) out vec4 color;  // premultiplied
 
 // One after the other: the list of the pixel's tile or cell, else all in order.
 struct Candidates {
   int first, count;  // in lists; first < 0: no list
 };
+#ifdef ES
+// Of each cell a texel: in layer i the candidates 4 i to 4 i + 3, each from 1, 0 past the last.
+uniform usampler2DArray lists;
+uniform ivec2 cell_count;
+uniform vec2 cells_per_px;
+Candidates CandidatesHere() {
+  ivec2 at = min(ivec2(pixel * cells_per_px), cell_count - 1);
+  return Candidates(at.y * cell_count.x + at.x, 4 * textureSize(lists, 0).z);
+}
+ivec2 Candidate(Candidates c, int i) {
+  ivec2 at = ivec2(c.first % cell_count.x, c.first / cell_count.x);
+  return ivec2(int(texelFetch(lists, ivec3(at, i >> 2), 0)[i & 3]) - 1, 0);
+}
+#else
+uniform UINT_BUFFER lists;
 // x: camera, y: bucket.
 ivec2 Candidate(Candidates c, int i) {
   if (c.first < 0) return ivec2(i, 0);
-  uint entry = texelFetch(lists, c.first + i).r;
+  uint entry = FETCH(lists, c.first + i).r;
   return ivec2(int(entry & 0xffffffu), int(entry >> 24));
 }
 
@@ -29,19 +67,20 @@ ivec2 Candidate(Candidates c, int i) {
 uniform ivec2 cell_count;
 uniform vec2 cells_per_px;
 Candidates CandidatesHere() {
-  ivec2 at = min(ivec2(gl_FragCoord.xy * cells_per_px), cell_count - 1);
+  ivec2 at = min(ivec2(pixel * cells_per_px), cell_count - 1);
   int cell = at.y * cell_count.x + at.x;
-  int first = int(texelFetch(lists, cell).r);
-  return Candidates(cell_count.x * cell_count.y + 1 + first, int(texelFetch(lists, cell + 1).r) - first);
+  int first = int(FETCH(lists, cell).r);
+  return Candidates(cell_count.x * cell_count.y + 1 + first, int(FETCH(lists, cell + 1).r) - first);
 }
 #else
 uniform int tile_columns, tile_words;  // tile_words 0: no lists
 Candidates CandidatesHere() {
   if (tile_words == 0) return Candidates(-1, camera_count);
-  ivec2 tile = ivec2(gl_FragCoord.xy) / TILE_PX;
+  ivec2 tile = ivec2(pixel) / TILE_PX;
   int base = (tile.y * tile_columns + tile.x) * tile_words;
-  return Candidates(base + 1, int(texelFetch(lists, base).r));
+  return Candidates(base + 1, int(FETCH(lists, base).r));
 }
+#endif
 #endif
 
 // h_1/h_j, with h_1/h_1 = 1 also at 0.
@@ -50,14 +89,20 @@ float Ratio(float h1, float h) { return h == h1 ? 1.0 : h1 / h; }
 #ifdef FALLING_LEAVES
 // R(h), P_same of render/radiance/correlation.h: its 2/5th power, which falls to 0 linearly, at steps of log h; and the trace
 // of 1/h by which a photo leads where nothing correlates (render/radiance/weights.cc).
+#ifdef ES
+uniform sampler2D leaves;
+#define LEAF(i) FETCH(leaves, i).r
+#else
 layout(std430, binding = 2) readonly buffer Leaves { float leaves[]; };
+#define LEAF(i) leaves[i]
+#endif
 uniform vec2 leaf_place;  // of h in the table: x log2(h) + y
 uniform float r_max;
 float Correlation(float h) {
   if (h <= 0.0) return 1.0 + LEAF_TRACE;
   float at = clamp(leaf_place.x * log2(h) + leaf_place.y, 0.0, float(LEAF_STEPS));
   int i = min(int(at), LEAF_STEPS - 1);
-  float root = mix(leaves[i], leaves[i + 1], at - float(i));
+  float root = mix(LEAF(i), LEAF(i + 1), at - float(i));
   return root * root * sqrt(root) + LEAF_TRACE * r_max / (r_max + h);
 }
 #endif
@@ -86,27 +131,6 @@ float Weight(Window w, float h) {
 #endif
 }
 
-// Sets the pixel's ray; false where it misses the proxy.
-bool Open() {
-  view_depth = texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r;
-  color = vec4(0.0);
-  if (view_depth <= 0.0) return false;
-  vec3 ray = ray_from_pixel * vec3(gl_FragCoord.xy, 1.0);
-  float slant = length(ray);  // of the offset itself it overflows at 1e19
-  offset = view_depth * ray;
-  t = view_depth * slant;
-  d = ray / slant;
-#ifdef FACES
-  PrepareNormal();
-#endif
-#ifdef STRETCH_BY_JACOBIAN
-  PrepareStretch();
-#endif
-  return true;
-}
-
-float Theta(vec4 D) { return Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)); }
-
 // What was blended so far.
 vec3 mean = vec3(0.0);
 float sum = 0.0;       // of the weights
@@ -121,7 +145,7 @@ void Add(float w, int j, Seen s) {
 #ifdef FALSE_COLOR
   mean += w * Radiance(j, 0, 0, vec2(0.0), 0.0);
 #else
-  uvec4 place = texelFetch(places, j);
+  uvec4 place = FETCH(places, j);
   float level = 0.0;
 #ifdef PREFILTER
   if (s.depth > 0.0) level = max(0.0, PyramidLevel(CAMERA(j, 0), CAMERA(j, 3).w, s.depth) - float(place.y >> 16));
@@ -143,8 +167,10 @@ void Close(float h1, float f_largest) {
 )";
 
 constexpr const char* kNearest = R"(
+#if K > 0
 void main() {
-  if (!Open()) return;
+  color = vec4(0.0);
+  if (!OpenAt(gl_FragCoord.xy)) return;
   Candidates candidates = CandidatesHere();
 
   // The k + 1 smallest h, ascending.
@@ -161,6 +187,7 @@ void main() {
   for (int n = 0; n < candidates.count; ++n) {
     ivec2 candidate = Candidate(candidates, n);
     int j = candidate.x;
+    if (j < 0) break;
     vec4 D = CAMERA(j, 0);
 #ifndef CELLS
     // Neither this one nor those after it can be among them.
@@ -211,19 +238,23 @@ void main() {
   }
   Close(h1, f_largest);
 }
+#else
 )";
 
+// Of all photos.
 constexpr const char* kAll = R"(
 float Everything(int j, Seen seen) {
   vec4 D = CAMERA(j, 0);
   return WithVisibility(Dissimilarity(j, D, Theta(D), seen), j, seen);
 }
 void main() {
-  if (!Open()) return;
+  color = vec4(0.0);
+  if (!OpenAt(gl_FragCoord.xy)) return;
   Candidates candidates = CandidatesHere();
   float f_largest = 0.0, h1 = kInfinity;
   for (int n = 0; n < candidates.count; ++n) {
     int j = Candidate(candidates, n).x;
+    if (j < 0) break;
     Seen seen = Project(j, CAMERA(j, 0).w);
     f_largest = max(f_largest, seen.f);
     h1 = min(h1, Everything(j, seen));
@@ -232,6 +263,7 @@ void main() {
   Window window = WindowAt(h1, kInfinity);
   for (int n = 0; n < candidates.count; ++n) {
     int j = Candidate(candidates, n).x;
+    if (j < 0) break;
     Seen seen = Project(j, CAMERA(j, 0).w);
     float h = Everything(j, seen);
     if (h >= kInfinity) continue;
@@ -241,13 +273,21 @@ void main() {
   }
   Close(h1, f_largest);
 }
+#endif
 )";
 
 }  // namespace
 
+namespace shader {
+
+std::string Rays() { return kRays; }
+std::string Blending() { return std::string(kHead) + kNearest + kAll; }
+
+}  // namespace shader
+
 std::string BlendFragmentShader(const BlendVariant& variant) {
-  return shader::Defines(variant) + shader::kCameras + shader::Measures(variant) + shader::Photos(variant) + kHead +
-         (variant.k == 0 ? kAll : kNearest);
+  return shader::Defines(variant) + shader::kCameras + shader::Measures() + shader::Rays() + shader::Photos() +
+         shader::Blending();
 }
 
 }  // namespace lumi

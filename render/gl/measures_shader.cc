@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "render/gl/shader_parts.h"
 #include "render/radiance/measures/prefilter.h"
 #include "render/radiance/visibility.h"
@@ -17,24 +19,69 @@ int CameraRows(const BlendVariant& variant) { return variant.photo_terms || vari
 
 namespace shader {
 
-std::string Defines(const BlendVariant& variant) {
-  std::string text = "#version 430 core\n";
-  text += fmt::format("#define K {}\n#define GROUPS {}\n#define ALPHA_FULL_AT {:.6f}\n", variant.k, variant.groups,
-                      kAlphaFullAt);
+namespace {
+
+// A buffer's values: in buffer textures, which OpenGL ES 3.0 and WebGL 2 lack, or in rows of a texture.
+constexpr const char* kBuffers = R"(
+#define BUFFER samplerBuffer
+#define UINT_BUFFER usamplerBuffer
+#define FETCH(buffer, i) texelFetch(buffer, i)
+#define FACE_NORMAL(at) normals[max(texelFetch(face_map, at, 0).r, 1u) - 1u].xyz
+#define VISIBILITY_TEXEL(map, at) texelFetch(visibility_maps, ((map) * visibility_size.y + (at).y) * visibility_size.x + (at).x).r
+)";
+constexpr const char* kTextureRows = R"(
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp usampler2D;
+precision highp sampler2DArray;
+precision highp usampler2DArray;
+#define ES
+#define BUFFER sampler2D
+#define UINT_BUFFER usampler2D
+#define FETCH(buffer, i) texelFetch(buffer, ivec2((i) & (ROW_TEXELS - 1), (i) / ROW_TEXELS), 0)
+#define FACE_NORMAL(at) texelFetch(depth_map, at, 0).yzw
+#define VISIBILITY_TEXEL(map, at) texelFetch(visibility_maps, ivec2((map) % MAP_COLUMNS, (map) / MAP_COLUMNS) * visibility_size + (at), 0).r
+)";
+
+}  // namespace
+
+std::string Version(ShaderLanguage language) {
+  return language == ShaderLanguage::kEs300
+             ? fmt::format("#version 300 es\n#define ROW_TEXELS {}\n#define MAP_COLUMNS {}\n", kEsRowTexels,
+                           kEsMapColumns) +
+                   kTextureRows
+             : std::string("#version 430 core\n") + kBuffers;
+}
+
+std::string Constants() {
+  std::string text;
+  text += fmt::format("#define ALPHA_FULL_AT {:.6f}\n", kAlphaFullAt);
   text += fmt::format("#define TILE_PX {}\n#define TILES_PER_GROUP {}\n#define BUCKETS {}\n", kTilePx, kTilesPerGroup,
                       kBuckets);
   text += fmt::format("#define VISIBLE_UP_TO {:.6f}\n#define BLOCKED_FROM {:.6f}\n#define LOG2_BLOCKED {:.9f}\n",
                       kVisibleUpTo, kBlockedFrom, kLog2Blocked);
-  text += fmt::format("#define CAMERA_ROWS {}\n#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", CameraRows(variant),
-                      kLeafSteps, kLeafTrace);
+  text += fmt::format("#define LEAF_STEPS {}\n#define LEAF_TRACE {:.9e}\n", kLeafSteps, kLeafTrace);
+  text += fmt::format("#define LEVEL_BIAS {:.6f}\n#define LEAST_FACING {:.9e}\n", kLevelBias, 1 / kMostFacing<float>);
+  return text;
+}
+
+std::string Defines(const BlendVariant& variant) {
+  std::string text = Version(ShaderLanguage::kDesktop430) + Constants();
+  text += fmt::format("#define K {}\n#define GROUPS {}\n#define CAMERA_ROWS {}\n", variant.k, variant.groups,
+                      CameraRows(variant));
   const auto define = [&](bool on, const char* name) {
     if (on) text += fmt::format("#define {}\n", name);
   };
   define(variant.false_color, "FALSE_COLOR");
+  define(variant.whole_layers, "WHOLE_LAYERS");
   define(variant.lists == CameraLists::kCells, "CELLS");
   define(variant.correlation == Correlation::kFallingLeaves, "FALLING_LEAVES");
   define(variant.field_of_view, "FIELD_OF_VIEW");
   define(variant.visibility, "VISIBILITY");
+  ForEachTerm([&]<typename M> {
+    if constexpr (PixelTerm<M>) define(variant.terms.Has<M>(), TermOf(M::kName).c_str());
+  });
   define(variant.stretch == Resolution::kDistance, "STRETCH_BY_DISTANCE");
   define(variant.stretch == Resolution::kJacobian, "STRETCH_BY_JACOBIAN");
   define(variant.photo_terms, "PHOTO_TERMS");
@@ -42,7 +89,6 @@ std::string Defines(const BlendVariant& variant) {
   define(variant.prefilter, "PREFILTER");
   // On the plane of the proxy's face: reading it costs the driver a texture, so only where something asks.
   define(variant.Faces(), "FACES");
-  text += fmt::format("#define LEVEL_BIAS {:.6f}\n#define LEAST_FACING {:.9e}\n", kLevelBias, 1 / kMostFacing<float>);
   if (variant.cameras_in_uniforms)
     text += fmt::format("#define CAMERAS_IN_UNIFORMS\n#define CAMERA_CAPACITY {}\n", variant.camera_capacity);
   return text;
@@ -50,7 +96,7 @@ std::string Defines(const BlendVariant& variant) {
 
 const char* const kCameras = R"(
 uniform int camera_count;
-uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
+uniform UINT_BUFFER places; // size | size << 16, group | top level << 8 | shift << 16, layer, source view
 
 // A camera is four vec4: D, width; M row by row with height, feather, focal length in the fourth places; a fifth where
 // the variant wants it: those terms of h that are its own, its gain.
@@ -58,8 +104,8 @@ uniform usamplerBuffer places; // size | size << 16, group | top level << 8 | sh
 layout(std140) uniform Cameras { vec4 cameras[CAMERA_ROWS * CAMERA_CAPACITY]; };
 #define CAMERA(j, r) cameras[CAMERA_ROWS * (j) + (r)]
 #else
-uniform samplerBuffer cameras;
-#define CAMERA(j, r) texelFetch(cameras, CAMERA_ROWS * (j) + (r))
+uniform BUFFER cameras;
+#define CAMERA(j, r) FETCH(cameras, CAMERA_ROWS * (j) + (r))
 #endif
 
 const float kInfinity = 3.0e38;
@@ -108,7 +154,8 @@ namespace {
 constexpr const char* kSeen = R"(
 uniform float alpha_weight, gamma;
 
-// The pixel's ray: set before anything is measured.
+// The pixel and its ray: set before anything is measured.
+vec2 pixel;
 float view_depth;   // along the optical axis
 vec3 offset;        // of the proxy's point from the desired centre
 vec3 d;             // unit
@@ -140,14 +187,11 @@ Seen Project(int j, float width_px) {
 }
 
 #ifdef FACES
+#ifndef ES
 uniform usampler2D face_map;   // of the proxy, from 1
 layout(std430, binding = 1) readonly buffer Normals { vec4 normals[]; };
+#endif
 vec3 normal;  // of the pixel's face; 0 where it has no area
-
-void PrepareNormal() {
-  uint face = texelFetch(face_map, ivec2(gl_FragCoord.xy), 0).r;
-  normal = normals[max(face, 1u) - 1u].xyz;
-}
 #endif
 
 #ifdef PREFILTER
@@ -181,8 +225,8 @@ void PrepareStretch() {
   tangent_u = normalize(cross(n, axis));
   tangent_v = cross(n, tangent_u);
   mat3 rows = transpose(view_from_offset);
-  view_jacobian = mat2(Step(tangent_u, rows[0], rows[1], rows[2], gl_FragCoord.xy, 1.0),
-                       Step(tangent_v, rows[0], rows[1], rows[2], gl_FragCoord.xy, 1.0));
+  view_jacobian = mat2(Step(tangent_u, rows[0], rows[1], rows[2], pixel, 1.0),
+                       Step(tangent_v, rows[0], rows[1], rows[2], pixel, 1.0));
 }
 
 // The largest singular value of J_view J_photo^-1 (errata of sec. 4.2.2), finite in its intermediates.
@@ -208,6 +252,7 @@ float Stretch(int j, vec4 D, Seen s) { return length(offset - D.xyz) * view_foca
 
 // What the measures' own functions read: as sight in render/radiance/measures/record.h.
 constexpr const char* kSight = R"(
+#ifdef TERMS
 struct Sight {
   float theta;    // rad
   vec2 x_px;      // the point in the photo
@@ -217,7 +262,7 @@ struct Sight {
   float field;    // the photo's own number there
 };
 
-uniform samplerBuffer photo_fields;
+uniform BUFFER photo_fields;
 float FieldAt(int view, ivec3 field, vec2 x01) {
   if (field.y == 0) return 1.0;
   ivec2 last = field.yz - 1;
@@ -225,10 +270,11 @@ float FieldAt(int view, ivec3 field, vec2 x01) {
   ivec2 x0 = ivec2(x), x1 = min(x0 + 1, last);
   vec2 a = x - vec2(x0);
   int first = field.x + view * field.y * field.z;
-  float top = mix(texelFetch(photo_fields, first + x0.y * field.y + x0.x).r, texelFetch(photo_fields, first + x0.y * field.y + x1.x).r, a.x);
-  float bottom = mix(texelFetch(photo_fields, first + x1.y * field.y + x0.x).r, texelFetch(photo_fields, first + x1.y * field.y + x1.x).r, a.x);
+  float top = mix(FETCH(photo_fields, first + x0.y * field.y + x0.x).r, FETCH(photo_fields, first + x0.y * field.y + x1.x).r, a.x);
+  float bottom = mix(FETCH(photo_fields, first + x1.y * field.y + x0.x).r, FETCH(photo_fields, first + x1.y * field.y + x1.x).r, a.x);
   return mix(top, bottom, a.y);
 }
+#endif
 )";
 
 // Twin of render/radiance/dissimilarity.h.
@@ -239,14 +285,37 @@ float Dissimilarity(float g, float gate) { return g > 0.0 ? (gate > 0.0 ? min(g 
 float WithGate(float h, float f, float v) { return min(h * Penalty(f * v) / Penalty(f), 1e37); }
 )";
 
+// Around the measures' terms.
+constexpr const char* kDissimilarity = R"(
+float Dissimilarity(int j, vec4 D, float theta, Seen s) {
+#ifdef FIELD_OF_VIEW
+  if (!s.inside) return kInfinity;
+#endif
+  float g = alpha_weight * theta;
+#ifdef PHOTO_TERMS
+  g += CAMERA(j, 4).x;
+#endif
+#ifdef TERMS
+#if defined(STRETCH_BY_DISTANCE) || defined(STRETCH_BY_JACOBIAN)
+  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, Stretch(j, D, s), 1.0);
+#else
+  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, 1.0, 1.0);
+#endif
+#endif
+)";
+constexpr const char* kDissimilarityEnds = R"(
+  return Dissimilarity(g, s.f);
+}
+)";
+
 constexpr const char* kVisibility = R"(
 #ifdef VISIBILITY
-uniform samplerBuffer visibility_maps; // depth that each source sees, map after map
+uniform BUFFER visibility_maps; // depth that each source sees, map after map
 uniform ivec2 visibility_size;         // of a map
 
 // Visibility of render/radiance/visibility.h: the comparison of four texels, interpolated, geometric between its ends.
 float Surface(int map, ivec2 at, float depth) {
-  float r = depth / texelFetch(visibility_maps, map + at.y * visibility_size.x + at.x).r;
+  float r = depth / VISIBILITY_TEXEL(map, at);
   return 1.0 - smoothstep(1.0 + VISIBLE_UP_TO, 1.0 + BLOCKED_FROM, r);
 }
 
@@ -255,7 +324,7 @@ float Visibility(int j, Seen s) {
   vec2 x = clamp(s.x_px / vec2(CAMERA(j, 0).w, CAMERA(j, 1).w) * size - 0.5, vec2(0.0), size - 1.0);
   ivec2 x0 = ivec2(x), x1 = min(x0 + 1, visibility_size - 1);
   vec2 a = x - vec2(x0);
-  int map = int(texelFetch(places, j).w) * visibility_size.x * visibility_size.y;
+  int map = int(FETCH(places, j).w);
   float top = mix(Surface(map, x0, s.depth), Surface(map, ivec2(x1.x, x0.y), s.depth), a.x);
   float bottom = mix(Surface(map, ivec2(x0.x, x1.y), s.depth), Surface(map, x1, s.depth), a.x);
   return exp2(LOG2_BLOCKED * (1.0 - min(1.0, mix(top, bottom, a.y))));
@@ -277,33 +346,34 @@ std::string ScaleOf(std::string_view measure) { return fmt::format("{}_scale", m
 std::string ShapeOf(std::string_view measure) { return fmt::format("{}_shape", measure); }
 std::string FieldOf(std::string_view measure) { return fmt::format("{}_field", measure); }
 
-std::string Measures(const BlendVariant& variant) {
-  std::string text = kSeen, terms;
-  if (variant.terms.Count() > 0) text += kSight;
-  text += kTogether;
+std::string TermOf(std::string_view measure) {
+  std::string name = "TERM_";
+  for (const char c : measure)
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+std::string Measures() {
+  std::string any, values, terms;
   ForEachTerm([&]<typename M> {
     if constexpr (PixelTerm<M>) {
-      if (!variant.terms.Has<M>()) return;
-      text += fmt::format("uniform float {};\nuniform vec4 {};\n", ScaleOf(M::kName), ShapeOf(M::kName)) + M::kGlsl;
+      const std::string begin = fmt::format("#ifdef {}\n", TermOf(M::kName)), end = "#endif\n";
+      any += begin + "#define TERMS\n" + end;
+      values += begin + fmt::format("uniform float {};\nuniform vec4 {};\n", ScaleOf(M::kName), ShapeOf(M::kName)) +
+                M::kGlsl;
+      terms += begin;
       if constexpr (Estimated<M>) {
-        text += fmt::format("uniform ivec3 {};\n", FieldOf(M::kName));
-        terms += fmt::format("  at.field = FieldAt(int(texelFetch(places, j).w), {}, at.x_px / at.size_px);\n",
+        values += fmt::format("uniform ivec3 {};\n", FieldOf(M::kName));
+        terms += fmt::format("  at.field = FieldAt(int(FETCH(places, j).w), {}, at.x_px / at.size_px);\n",
                              FieldOf(M::kName));
       }
+      values += end;
       terms += fmt::format("  g = WithTerm(g, {}, {:.9e}, {}(at, {}));\n", ScaleOf(M::kName), M::kOwn, M::kGlslValue,
-                           ShapeOf(M::kName));
+                           ShapeOf(M::kName)) +
+               end;
     }
   });
-  text += "float Dissimilarity(int j, vec4 D, float theta, Seen s) {\n";
-  if (variant.field_of_view) text += "  if (!s.inside) return kInfinity;\n";
-  text += "  float g = alpha_weight * theta;\n";
-  if (variant.photo_terms) text += "  g += CAMERA(j, 4).x;\n";
-  if (!terms.empty()) {
-    const char* stretch = variant.stretch == Resolution::kOff ? "1.0" : "Stretch(j, D, s)";
-    text += fmt::format("  Sight at = Sight(theta, s.x_px, vec2(D.w, CAMERA(j, 1).w), s.depth, {}, 1.0);\n", stretch) +
-            terms;
-  }
-  return text + "  return Dissimilarity(g, s.f);\n}\n" + kVisibility;
+  return any + kSeen + kSight + kTogether + values + kDissimilarity + terms + kDissimilarityEnds + kVisibility;
 }
 
 }  // namespace shader

@@ -1,15 +1,18 @@
 #include <fmt/format.h>
 
+#include "render/gl/photo_textures.h"
 #include "render/gl/shader_parts.h"
 
 namespace lumi::shader {
 namespace {
 
 constexpr const char* kFalseColors = R"(
-uniform samplerBuffer source_colors;
+#ifdef FALSE_COLOR
+uniform BUFFER source_colors;
 vec3 Radiance(int j, int group, int layer, vec2 x01, float level) {
-  return texelFetch(source_colors, int(texelFetch(places, j).w)).rgb;
+  return FETCH(source_colors, int(FETCH(places, j).w)).rgb;
 }
+#else
 )";
 
 // An array of samplers may be indexed by a value that is the same for all pixels only: a case each.
@@ -25,11 +28,13 @@ SAMPLE_CASES
 
 // The sampler clamps to the centres of the border pixels and to the last level, and mixes levels.
 constexpr const char* kWhole = R"(
+#ifdef WHOLE_LAYERS
 vec3 Look(int j, int group, int layer, vec2 x01, float level) { return Texel(group, vec3(x01, float(layer)), level); }
 )";
 
 // A photo in a corner of its layer: clamped here, level by level.
 constexpr const char* kPart = R"(
+#else
 uniform ivec2 group_size[GROUPS];
 vec3 SampleLevel(int group, float layer, ivec2 size0, vec2 x01, int level) {
   vec2 size = vec2(max(size0 >> level, ivec2(1)));
@@ -38,7 +43,7 @@ vec3 SampleLevel(int group, float layer, ivec2 size0, vec2 x01, int level) {
   return Texel(group, vec3(x / texture_px, layer), float(level));
 }
 vec3 Look(int j, int group, int layer, vec2 x01, float level) {
-  uvec4 place = texelFetch(places, j);
+  uvec4 place = FETCH(places, j);
   ivec2 size0 = ivec2(place.x & 0xffffu, place.x >> 16);
 #ifdef PREFILTER
   level = clamp(level, 0.0, float((place.y >> 8) & 0xffu));
@@ -51,6 +56,7 @@ vec3 Look(int j, int group, int layer, vec2 x01, float level) {
   return SampleLevel(group, float(layer), size0, x01, 0);
 #endif
 }
+#endif
 )";
 
 constexpr const char* kRadiance = R"(
@@ -61,17 +67,17 @@ vec3 Radiance(int j, int group, int layer, vec2 x01, float level) {
 #endif
   return c;
 }
+#endif
 )";
 
 }  // namespace
 
-std::string Photos(const BlendVariant& variant) {
-  if (variant.false_color) return kFalseColors;
+std::string Photos() {
   std::string texel = kTexel, cases;
-  for (int g = 0; g < variant.groups; ++g)
-    cases += fmt::format("    case {0}: return textureLod(photos[{0}], x, level).rgb;\n", g);
-  texel.replace(texel.find("SAMPLE_CASES"), 12, cases);
-  return texel + (variant.whole_layers ? kWhole : kPart) + kRadiance;
+  for (int g = 0; g < kMaxPhotoGroups; ++g)
+    cases += fmt::format("#if GROUPS > {0}\n    case {0}: return textureLod(photos[{0}], x, level).rgb;\n#endif\n", g);
+  texel.replace(texel.find("SAMPLE_CASES\n"), 13, cases);
+  return kFalseColors + texel + kWhole + kPart + kRadiance;
 }
 
 }  // namespace lumi::shader

@@ -136,7 +136,7 @@ std::string SparseFragmentShader(const SparseVariant& variant) {
   if (variant.negative) text += fmt::format("#define NEGATIVE\n#define MOST_TAKEN {:.6f}\n", kMostTaken);
   text += shader::kCameras;
   text += kSparseHead;
-  text += shader::Photos(variant.blend);
+  text += shader::Photos();
   text += kAdd;
   if (variant.layers == 0) return text + kLoop;
   text += "noperspective in vec3 corner;\n";

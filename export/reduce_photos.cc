@@ -1,0 +1,180 @@
+#include "export/reduce_photos.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "render/cpu/pixels.h"
+#include "render/picture/convert.h"
+#include "scene/files/image_io.h"
+#include "scene/image_difference/image_difference.h"
+#include "scene/program/error.h"
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+constexpr int kFold = 8;             // as lumi-render --holdout 8
+constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
+constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
+constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
+constexpr int kQualities[] = {92, 85, 75, 60, 45};
+// Of a coarser JPEG, or a smaller photo, nothing is expected that fewer photos do not do better.
+constexpr int kMostEvery = 4;
+// How many of the reductions that fit are rendered: those with the most bytes.
+constexpr std::size_t kMostTried = 6;
+
+Eigen::Vector2i Scaled(const Eigen::Vector2i& size, double scale) {
+  return (size.cast<double>() * scale).array().round().cast<int>().max(1);
+}
+
+const Image8& Pixels(const Lumigraph& lumigraph, int view) {
+  return lumigraph.photos()[static_cast<std::size_t>(view)].levels.front();
+}
+
+std::vector<int> Kept(const Scene& scene, int every) {
+  std::vector<int> kept;
+  for (int i = 0; i < static_cast<int>(scene.views.size()); i += every) kept.push_back(i);
+  return kept;
+}
+
+// Of all photos that a reduction keeps, by those of some.
+double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
+  const std::vector<int> kept = Kept(lumigraph.scene(), r.every);
+  const std::size_t step = std::max<std::size_t>(1, kept.size() / kSamples);
+  double bytes = 0, n = 0;
+  for (std::size_t i = step / 2; i < kept.size(); i += step, ++n) {
+    const Image8& photo = Pixels(lumigraph, kept[i]);
+    const Eigen::Vector2i size = Scaled({photo.width, photo.height}, r.scale);
+    bytes += static_cast<double>(EncodeJpeg(Resize(photo, size.x(), size.y()), r.quality).size());
+  }
+  return bytes / n * static_cast<double>(kept.size());
+}
+
+// Mean over the judges, of the pixels that are seen.
+double HeldOutDb(const Lumigraph& lumigraph, const PhotoReduction& reduction, ProgressSink& sink) {
+  const Scene& whole = lumigraph.scene();
+  const ReducedPhotos reduced = Reduce(lumigraph, reduction, sink);
+  std::vector<Photo> photos(reduced.photos.size());
+  ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) photos[i].levels = BuildPyramid(DecodeJpeg(reduced.photos[i].jpeg));
+  });
+  const auto renderer = MakeCpuRenderer(WorldOf(reduced.scene, lumigraph.mesh()), photos);
+  std::vector<ViewId> judges = FoldViews(whole, kFold, Fold::kChoose);
+  if (judges.empty()) judges = {{static_cast<std::int32_t>(whole.views.size() / 2)}};
+  if (judges.size() > kJudges) {
+    std::vector<ViewId> some;
+    for (std::size_t i = 0; i < kJudges; ++i) some.push_back(judges[i * judges.size() / kJudges]);
+    judges = some;
+  }
+  double db = 0;
+  for (const ViewId judge : judges) {
+    RenderRequest request;
+    request.view = MakeRenderView(whole, whole.views[static_cast<std::size_t>(judge.value)]);
+    request.settings = lumigraph.At(request.view);
+    request.use.assign(photos.size(), true);
+    for (std::size_t i = 0; i < photos.size(); ++i) request.use[i] = reduced.view[i] != judge.value;
+    const ImageF picture = renderer->Render(request);
+    const Image8 rendered = ToRgb8(picture);
+    Image8 seen(picture.width, picture.height, 1);
+    for (int y = 0; y < seen.height; ++y)
+      for (int x = 0; x < seen.width; ++x) seen.At(x, y, 0) = picture.At(x, y, 3) > 0.5F ? 255 : 0;
+    db += PsnrWithin(rendered, Pixels(lumigraph, judge.value), seen).value_or(0);
+  }
+  return db / static_cast<double>(judges.size());
+}
+
+}  // namespace
+
+std::string EncodeJpeg(const Image8& image, int quality) {
+  const cv::Mat rgb(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.data.data()));
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1}))
+    throw std::runtime_error("a photo cannot be encoded as JPEG");
+  return {bytes.begin(), bytes.end()};
+}
+
+Image8 DecodeJpeg(const std::string& jpeg) {
+  const std::vector<std::uint8_t> bytes(jpeg.begin(), jpeg.end());
+  cv::Mat bgr = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  Image8 image(bgr.cols, bgr.rows, 3);
+  cv::Mat rgb(image.height, image.width, CV_8UC3, image.data.data());
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return image;
+}
+
+ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction, ProgressSink& sink) {
+  const Scene& whole = lumigraph.scene();
+  ReducedPhotos reduced;
+  reduced.reduction = reduction;
+  reduced.view = Kept(whole, reduction.every);
+  reduced.scene = whole;
+  reduced.scene.views.clear();
+  reduced.scene.cameras.clear();
+  reduced.scene.points.clear();
+  reduced.photos.resize(reduced.view.size());
+  for (const int i : reduced.view) {
+    View view = whole.views[static_cast<std::size_t>(i)];
+    const Eigen::Vector2i size = Scaled(SizePx(whole, view), reduction.scale);
+    reduced.scene.cameras.push_back(whole.CameraOf(view).Scaled(size.x(), size.y()));
+    view.camera = {static_cast<std::int32_t>(reduced.scene.cameras.size()) - 1};
+    reduced.scene.views.push_back(std::move(view));
+  }
+  Progress progress(sink, "encoding photos", static_cast<long>(reduced.view.size()));
+  ParallelFor(reduced.view.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Image8& photo = Pixels(lumigraph, reduced.view[i]);
+      const Eigen::Vector2i size = SizePx(reduced.scene, reduced.scene.views[i]);
+      reduced.photos[i] = {EncodeJpeg(Resize(photo, size.x(), size.y()), reduction.quality), size};
+      progress.Step();
+    }
+  });
+  return reduced;
+}
+
+ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
+                        std::vector<PhotoReduction>& tried, ProgressSink& sink) {
+  int widest = 0;
+  for (const Photo& photo : lumigraph.photos()) widest = std::max(widest, photo.levels.front().width);
+  std::vector<PhotoReduction> fitting;
+  for (int every = 1; every <= kMostEvery; ++every) {
+    if (every > 1 && lumigraph.scene().views.size() / static_cast<std::size_t>(every) < 8) break;
+    for (double scale : kScales) {
+      if (max_width_px > 0) scale = std::min(scale, static_cast<double>(max_width_px) / widest);
+      // The best quality that fits; nothing is gained by more of it than the first.
+      for (const int quality : kQualities) {
+        PhotoReduction r{every, scale, quality};
+        const double bytes = BytesOf(lumigraph, r) * bytes_a_byte;
+        if (bytes > max_bytes) continue;
+        r.mb = bytes / 1e6;
+        if (fitting.empty() || fitting.back().every != every || fitting.back().scale != scale) fitting.push_back(r);
+        break;
+      }
+      if (!fitting.empty() && fitting.back().every == every && fitting.back().scale == scale &&
+          fitting.back().quality == kQualities[0])
+        break;  // smaller ones of the same photos only lose
+    }
+    if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= 1 - 1e-9 &&
+        fitting.back().quality == kQualities[0])
+      break;  // all of them fit as they are
+  }
+  if (fitting.empty())
+    throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
+                                lumigraph.scene().views.size(), max_bytes / 1e6),
+                    "give more with --max-mb, or a folder instead of one page (-o DIR)");
+  std::ranges::stable_sort(fitting, std::greater(), &PhotoReduction::mb);
+  if (fitting.size() > kMostTried) fitting.resize(kMostTried);
+  for (PhotoReduction& r : fitting) {
+    r.psnr_db = HeldOutDb(lumigraph, r, sink);
+    tried.push_back(r);
+  }
+  return Reduce(lumigraph, *std::ranges::max_element(fitting, {}, &PhotoReduction::psnr_db), sink);
+}
+
+}  // namespace lumi

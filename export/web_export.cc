@@ -1,0 +1,150 @@
+#include "export/web_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "export/quantised_mesh.h"
+#include "export/reduce_photos.h"
+#include "export/web_manifest.h"
+#include "export/web_package.h"
+#include "render/lumigraph/lumigraph.h"
+#include "render/path/camera_path.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/mesh_io.h"
+#include "scene/files/scene_folder.h"
+#include "scene/program/error.h"
+#include "scene/program/stopwatch.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kPathSeconds = 12, kPathFps = 30;
+// Of the page's megabytes, at most, may be other than photos.
+constexpr double kMostOfProxy = 0.5;
+constexpr double kTradeoffMb[] = {4, 8, 16, 32, 64};
+
+bool IsOneFile(const fs::path& output) {
+  const std::string ending = output.extension().string();
+  return ending == ".html" || ending == ".htm";
+}
+
+void RequireConsistent(const WebOptions& o) {
+  if (o.output.empty() && !o.tradeoff) throw UsageError("-o FILE.html or -o DIR is missing");
+  if (!o.output.empty() && o.tradeoff) throw UsageError("--tradeoff writes no page: leave -o out");
+  if (!(o.max_mb > 0)) throw UsageError("--max-mb must be > 0");
+  if (fs::is_directory(o.output) && IsOneFile(o.output))
+    throw UsageError(o.output.string() + " is a folder", "name a file, or a folder without .html");
+}
+
+// The page's data as a scene of its own.
+void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const std::string& proxy,
+                  const fs::path& folder) {
+  RequireOurFolder(folder);
+  Scene scene = reduced.scene;
+  scene.image_folder = folder / "images";
+  scene.folder = folder;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    View& view = scene.views[i];
+    view.name = fs::path(view.name).replace_extension(".jpg").string();
+    WriteBytesAtomically(scene.image_folder / view.name, reduced.photos[i].jpeg.data(), reduced.photos[i].jpeg.size());
+  }
+  const Similarity3 world = scene.normalized_from_world.Inverse();
+  Mesh in_world = mesh.mesh;
+  for (Eigen::Vector3d& v : in_world.vertices) v = world * v;
+  WriteMesh(ProxyPath(folder, proxy), in_world);
+  scene.active_proxy = proxy;
+  WriteScene(scene, folder);
+}
+
+}  // namespace
+
+void ListKeys(JsonKeys& j, PhotoReduction& r) {
+  j("every", r.every, "scale", r.scale, "quality", r.quality, "mb", r.mb, "psnr_seen_db", r.psnr_db);
+}
+
+void ListKeys(JsonKeys& j, WebSummary& s) {
+  j("output", s.output, "proxy", s.proxy, "photos", s.photos, "photos_of_scene", s.photos_of_scene, "faces", s.faces,
+    "mb", s.mb, "chosen", s.chosen, "tried", s.tried, "seconds", s.seconds);
+}
+
+std::string Describe(const WebSummary& s) {
+  std::string text;
+  if (!s.output.empty())
+    text = fmt::format("{}: {:.1f} MB, {} of {} photos at {:.0f} % of their width, JPEG quality {}, {} faces\n",
+                       s.output, s.mb, s.photos, s.photos_of_scene, 100 * s.chosen.scale, s.chosen.quality, s.faces);
+  text += "  MB      held out (seen pixels)  photos        width  quality\n";
+  for (const PhotoReduction& r : s.tried)
+    text += fmt::format("{:6.1f}  {:12.2f} dB         {:12}  {:5.0f} %  {:5}\n", r.mb, r.psnr_db,
+                        r.every == 1 ? "all" : fmt::format("one of {}", r.every), 100 * r.scale, r.quality);
+  return text;
+}
+
+WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
+  RequireConsistent(o);
+  const Stopwatch watch;
+  LumigraphOptions open;
+  open.scene = o.scene;
+  open.effects = o.effects;
+  Lumigraph lumigraph(open, sink);
+  RequireMetric(lumigraph.scene(), "a web page");
+  lumigraph.MakePictures(o.proxy, false);
+  if (!lumigraph.one_mesh())
+    throw UsageError("a web page needs one proxy for all views",
+                     "make one with lumi-proxy auto, and leave --proxy out");
+  lumigraph.ReadPhotos(sink);
+  const CameraPath path = PathThroughPhotos(lumigraph.scene(), kPathSeconds, kPathFps);
+  const Eigen::Vector2i film = FilmSize(lumigraph.scene());
+  lumigraph.ChooseMeasures(SamplePath(path, film.x(), film.y()), {});
+
+  Mesh normalized = lumigraph.mesh();
+  for (Eigen::Vector3d& v : normalized.vertices) v = lumigraph.scene().normalized_from_world * v;
+  const QuantisedMesh mesh = Quantise(normalized, MakeSources(lumigraph.scene()).views);
+
+  WebSummary summary;
+  summary.photos_of_scene = static_cast<int>(lumigraph.scene().views.size());
+  summary.proxy = lumigraph.proxy_name();
+  summary.faces = static_cast<int>(mesh.mesh.faces.size());
+  const bool one_file = o.tradeoff || IsOneFile(o.output);
+  const double bytes_a_byte = one_file ? kBytesInOneFile : 1;
+  // All but the photos: proxy, shaders and page, and about a kilobyte a photo of manifest.
+  const double rest = static_cast<double>(mesh.bytes.size()) * bytes_a_byte + 2e5 + 1e3 * summary.photos_of_scene;
+  if (o.tradeoff) {
+    for (const double mb : kTradeoffMb) {
+      if (mb * 1e6 <= rest) continue;
+      std::vector<PhotoReduction> tried;
+      try {
+        ReduceFor(lumigraph, mb * 1e6 - rest, o.width_px, bytes_a_byte, tried, sink);
+      } catch (const DataError&) {
+        continue;
+      }
+      PhotoReduction best = *std::ranges::max_element(tried, {}, &PhotoReduction::psnr_db);
+      best.mb += rest / 1e6;
+      summary.tried.push_back(best);
+    }
+    summary.seconds = watch.Seconds();
+    return summary;
+  }
+  const double max_bytes = o.max_mb * 1e6;
+  if (rest > kMostOfProxy * max_bytes)
+    throw DataError(fmt::format("the proxy {} has {} faces, which take {:.1f} of the {:.1f} MB", summary.proxy,
+                                summary.faces, static_cast<double>(mesh.bytes.size()) * bytes_a_byte / 1e6, o.max_mb),
+                    "simplify it (lumi-proxy simplify SCENE --faces 20000), or give more with --max-mb");
+  // A page that streams has each photo in a quarter of its sides, too: about a tenth more.
+  const double for_photos = (max_bytes - rest) / (one_file ? 1 : 1.12);
+  const ReducedPhotos reduced = ReduceFor(lumigraph, for_photos, o.width_px, bytes_a_byte, summary.tried, sink);
+  for (PhotoReduction& r : summary.tried) r.mb += rest / 1e6;
+  const WebPage page = MakeWebPage(lumigraph, reduced, mesh, path, !one_file);
+  const double bytes = one_file ? WriteOneFile(page, o.output) : WriteWebFolder(page, o.output);
+  if (!o.as_scene.empty()) WriteAsScene(reduced, mesh, summary.proxy, o.as_scene);
+  summary.output = o.output.string();
+  summary.chosen = reduced.reduction;
+  summary.photos = static_cast<int>(reduced.photos.size());
+  summary.mb = bytes / 1e6;
+  summary.chosen.mb = summary.mb;
+  summary.seconds = watch.Seconds();
+  return summary;
+}
+
+}  // namespace lumi

@@ -1,0 +1,19 @@
+// A page as one file that opens from disk, or as a folder for any web server.
+#pragma once
+
+#include <filesystem>
+
+#include "export/web_manifest.h"
+
+namespace lumi {
+
+// What a byte of a part becomes in one file (base64).
+constexpr double kBytesInOneFile = 4.0 / 3;
+// What makes a folder ours.
+constexpr const char* kWebMarker = ".lumigraph-web";
+
+// Bytes written. Both replace what an earlier export wrote; a folder with anything else in it is refused (UsageError).
+double WriteOneFile(const WebPage& page, const std::filesystem::path& file);
+double WriteWebFolder(const WebPage& page, const std::filesystem::path& folder);
+
+}  // namespace lumi

@@ -1,0 +1,298 @@
+// The page that lumi-export writes, in a real browser.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "render/lumigraph/lumigraph.h"
+#include "render/path/camera_path.h"
+#include "scene/files/scene_folder.h"
+#include "tests/support/chromium.h"
+#include "tests/support/simulated_capture.h"
+#include "tests/support/static_server.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::IsEmpty;
+
+constexpr double kSamePictureDb = 40;  // over covered pixels; JPEGs are decoded by two libraries, weights are in float
+constexpr int kPhotos = 6;
+
+// A desk of six photos, its page, and the page's data as a scene.
+class DeskPage {
+ public:
+  DeskPage() : capture_("desk", kPhotos, 320) {
+    const ProgramResult made = RunProgram({"lumi-export", "web", capture_.path().string(), "-o", page().string(),
+                                           "--as-scene", scene().string(), "--quiet"});
+    if (made.exit_code != 0) throw std::runtime_error("lumi-export failed: " + made.err);
+  }
+  const SimulatedCapture& capture() const { return capture_; }
+  fs::path page() const { return capture_ / "desk.html"; }
+  fs::path scene() const { return capture_ / "as-scene"; }
+
+ private:
+  SimulatedCapture capture_;
+};
+DeskPage& Desk() {
+  static DeskPage desk;
+  return desk;
+}
+
+Chromium& Browser() {
+  static Chromium browser(800, 600);
+  return browser;
+}
+
+// The browser at a page, all photos loaded.
+Chromium& At(const std::string& url) {
+  Chromium& browser = Browser();
+  browser.Open(url);
+  EXPECT_TRUE(browser.WaitFor("window.lumigraph && lumigraph.photos.finished"))
+      << browser.Evaluate("document.getElementById('message').textContent") << testing::PrintToString(browser.errors());
+  return browser;
+}
+Chromium& AtDesk() { return At("file://" + Desk().page().string()); }
+
+#define SKIP_WITHOUT_BROWSER() \
+  if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
+
+json ViewForPage(const RenderView& normalized) {
+  Eigen::Matrix3d m = normalized.P.leftCols<3>();
+  m /= m.row(2).norm();
+  json rows = json::array();
+  for (int i = 0; i < 9; ++i) rows.push_back(m(i / 3, i % 3));
+  return {{"m", rows},
+          {"centre", {normalized.centre.x(), normalized.centre.y(), normalized.centre.z()}},
+          {"size", {normalized.size_px.x(), normalized.size_px.y()}}};
+}
+
+// PSNR between the page's picture and the renderer's, over pixels that both cover; the share of pixels that one covers
+// and the other does not in `differ`.
+double Compare(Chromium& browser, const Lumigraph& lumigraph, Renderer& renderer, const RenderView& view,
+               double& differ) {
+  RenderRequest request;
+  request.view = view;
+  request.settings = lumigraph.At(view);
+  const ImageF ours = renderer.Render(request);
+  const json wanted = ViewForPage(Normalized(view, lumigraph.scene().normalized_from_world));
+  const std::string theirs = FromBase64(browser.Evaluate("lumigraph.pictureText(" + wanted.dump() + ")"));
+  EXPECT_EQ(theirs.size(), static_cast<std::size_t>(4 * ours.width * ours.height));
+  double squares = 0, n = 0, odd = 0;
+  for (int y = 0; y < ours.height; ++y)
+    for (int x = 0; x < ours.width; ++x) {
+      const auto at = static_cast<std::size_t>(4 * (y * ours.width + x));
+      const auto value = [&](std::size_t c) { return static_cast<double>(static_cast<unsigned char>(theirs[at + c])); };
+      const double alpha = ours.At(x, y, 3);
+      odd += (alpha > 0.5) != (value(3) > 127);
+      if (alpha < 0.5 || value(3) < 128) continue;
+      for (int c = 0; c < 3; ++c) {
+        const double d = 255 * static_cast<double>(ours.At(x, y, c)) - value(static_cast<std::size_t>(c));
+        squares += d * d;
+        ++n;
+      }
+    }
+  differ = odd / (ours.width * ours.height);
+  return 10 * std::log10(255 * 255 * n / std::max(squares, 1e-9));
+}
+
+TEST(WebPage, ShowsWhatTheRendererShows) {
+  SKIP_WITHOUT_BROWSER();
+  Chromium& browser = AtDesk();
+  ProgressSink& sink = SilentProgress();
+  LumigraphOptions options;
+  options.scene = Desk().scene();
+  std::string effects;
+  for (const json& effect : browser.Evaluate("lumigraph.manifest.effects"))
+    if (effect["on"] == true) effects += (effects.empty() ? "" : ",") + effect["name"].get<std::string>();
+  options.effects = effects.empty() ? "none" : effects;
+  Lumigraph lumigraph(options, sink);
+  lumigraph.MakePictures("", false);
+  lumigraph.ReadPhotos(sink);
+  const auto renderer = lumigraph.NewRenderer(MakeCpuRenderer);
+  const Scene& scene = lumigraph.scene();
+  constexpr double kEdge = 0.005;  // of the pixels: at silhouettes a rasteriser and a tracer may disagree
+  for (const View& view : scene.views) {
+    double differ = 0;
+    EXPECT_GE(Compare(browser, lumigraph, *renderer, MakeRenderView(scene, view), differ), kSamePictureDb) << view.name;
+    EXPECT_LE(differ, kEdge) << view.name;
+  }
+  const CameraPath path = PathThroughPhotos(scene, 1, 30);
+  for (int i = 0; i < 5; ++i) {
+    const RenderView between = MakeRenderView(PoseOnPath(path, Duration(path) * (i + 0.5) / 5), 320, 240);
+    double differ = 0;
+    EXPECT_GE(Compare(browser, lumigraph, *renderer, between, differ), kSamePictureDb) << "view between, " << i;
+    EXPECT_LE(differ, kEdge) << "view between, " << i;
+  }
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+TEST(WebPage, AsksForNothingBesideItself) {
+  SKIP_WITHOUT_BROWSER();
+  const Chromium& browser = AtDesk();
+  for (const std::string& url : browser.requests())
+    EXPECT_TRUE(url == "file://" + Desk().page().string() || url.starts_with("data:") || url.starts_with("blob:"))
+        << url;
+}
+
+TEST(WebPage, FollowsMouseWheelAndKeys) {
+  SKIP_WITHOUT_BROWSER();
+  Chromium& browser = AtDesk();
+  const auto pose = [&] {
+    return browser.Evaluate("[...lumigraph.camera.centre, ...lumigraph.camera.forward, lumigraph.camera.pivotDistance]")
+        .get<std::vector<double>>();
+  };
+  const auto mouse = [&](const char* type, double x, double y, const char* button = "left") {
+    browser.Command("Input.dispatchMouseEvent",
+                    {{"type", type}, {"x", x}, {"y", y}, {"button", button}, {"clickCount", 1}});
+  };
+  const auto angle = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::acos(std::clamp(a[3] * b[3] + a[4] * b[4] + a[5] * b[5], -1.0, 1.0));
+  };
+  // A tenth of the height, upwards: a tenth of half a turn, about the pivot.
+  const auto before = pose();
+  mouse("mousePressed", 400, 300);
+  mouse("mouseMoved", 400, 270);
+  mouse("mouseMoved", 400, 240);
+  mouse("mouseReleased", 400, 240);
+  const auto turned = pose();
+  EXPECT_NEAR(angle(before, turned), 0.1 * M_PI, 1e-3);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(before[i] + before[6] * before[3 + i], turned[i] + turned[6] * turned[3 + i], 1e-6)
+        << "the pivot stays";
+  // A step of the wheel towards the person: nearer by a factor.
+  browser.Command("Input.dispatchMouseEvent",
+                  {{"type", "mouseWheel"}, {"x", 400}, {"y", 300}, {"deltaX", 0}, {"deltaY", -80}});
+  ASSERT_TRUE(browser.WaitFor("lumigraph.camera.pivotDistance < " + std::to_string(0.95 * turned[6]), 10));
+  EXPECT_NEAR(pose()[6] / turned[6], std::exp(-0.1), 1e-6);
+  // Next photo, by its key: the camera flies there.
+  browser.Command("Input.dispatchKeyEvent", {{"type", "keyDown"}, {"code", "Period"}, {"key", "."}});
+  browser.Command("Input.dispatchKeyEvent", {{"type", "keyUp"}, {"code", "Period"}, {"key", "."}});
+  ASSERT_TRUE(browser.WaitFor("lumigraph.state.photo >= 0 && lumigraph.camera.flight === null", 20));
+  EXPECT_TRUE(browser
+                  .Evaluate("(() => { const p = lumigraph.manifest.photos[lumigraph.state.photo].centre, c = "
+                            "lumigraph.camera.centre; return Math.hypot(p[0]-c[0], p[1]-c[1], p[2]-c[2]) < 1e-9; })()")
+                  .get<bool>());
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+TEST(WebPage, FollowsFingers) {
+  SKIP_WITHOUT_BROWSER();
+  Chromium& browser = AtDesk();
+  const auto touch = [&](const char* type, const std::vector<std::pair<double, double>>& fingers) {
+    json points = json::array();
+    for (std::size_t i = 0; i < fingers.size(); ++i)
+      points.push_back({{"x", fingers[i].first}, {"y", fingers[i].second}, {"id", i}});
+    browser.Command("Input.dispatchTouchEvent", {{"type", type}, {"touchPoints", points}});
+  };
+  const double before = browser.Evaluate("lumigraph.camera.pivotDistance");
+  touch("touchStart", {{300, 300}, {500, 300}});
+  touch("touchMove", {{250, 300}, {550, 300}});
+  touch("touchMove", {{200, 300}, {600, 300}});
+  touch("touchEnd", {});
+  // Twice as far apart: half the distance.
+  EXPECT_NEAR(browser.Evaluate("lumigraph.camera.pivotDistance").get<double>() / before, 0.5, 0.02);
+  const std::string pose = browser.Evaluate("lumigraph.poseText()");
+  touch("touchStart", {{400, 300}});
+  touch("touchMove", {{400, 330}});
+  touch("touchEnd", {});
+  EXPECT_NE(browser.Evaluate("lumigraph.poseText()").get<std::string>(), pose);
+}
+
+TEST(WebPage, ALinkToAViewOpensThere) {
+  SKIP_WITHOUT_BROWSER();
+  AtDesk();
+  Chromium& browser = Browser();
+  const std::string pose = browser.Evaluate(
+      "(lumigraph.camera.walk(0.3, 0.2, 0.1), lumigraph.camera.turn(0.2, 0.1), "
+      "lumigraph.poseText())");
+  browser.Open("about:blank");
+  At("file://" + Desk().page().string() + "#pose=" + pose);
+  // Seven digits.
+  const json there = json::parse("[" + browser.Evaluate("lumigraph.poseText()").get<std::string>() + "]"),
+             wanted = json::parse("[" + pose + "]");
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    EXPECT_NEAR(there[i].get<double>(), wanted[i].get<double>(), 1e-6) << i;
+  const std::string name = browser.Evaluate("lumigraph.manifest.photos[2].name");
+  browser.Open("about:blank");
+  At("file://" + Desk().page().string() + "#view=" + name);
+  EXPECT_EQ(browser.Evaluate("lumigraph.state.photo").get<int>(), 2);
+  // What is no pose changes nothing, and breaks nothing.
+  browser.Open("about:blank");
+  At("file://" + Desk().page().string() + "#pose=1,2,nonsense");
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+TEST(WebPage, StreamsFromAFolder) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path folder = Desk().capture() / "web-folder";
+  const ProgramResult made =
+      RunProgram({"lumi-export", "web", Desk().capture().path().string(), "-o", folder.string(), "--quiet"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const StaticServer server(folder);
+  Chromium& browser = At(server.Url("index.html"));
+  for (const std::string& url : browser.requests()) EXPECT_TRUE(url.starts_with(server.Url(""))) << url;
+  EXPECT_EQ(browser.Evaluate("lumigraph.photos.loadedCount").get<int>(), kPhotos);
+  EXPECT_THAT(browser.errors(), IsEmpty());
+  // A second export into it replaces it; a folder of somebody else's is left alone.
+  EXPECT_EQ(
+      RunProgram({"lumi-export", "web", Desk().capture().path().string(), "-o", folder.string(), "--quiet"}).exit_code,
+      0);
+  const fs::path other = Desk().capture() / "somebodys";
+  fs::create_directories(other);
+  std::ofstream(other / "letter.txt") << "dear";
+  EXPECT_EQ(
+      RunProgram({"lumi-export", "web", Desk().capture().path().string(), "-o", other.string(), "--quiet"}).exit_code,
+      2);
+  EXPECT_EQ(std::distance(fs::directory_iterator(other), fs::directory_iterator()), 1);
+}
+
+TEST(WebPage, NamesAreTextWhateverTheySay) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path scene = Desk().capture() / "<img src=x onerror='window.taken=1'>";
+  fs::copy(Desk().capture().path(), scene, fs::copy_options::recursive);
+  ProgressSink& sink = SilentProgress();
+  Scene hostile = OpenScene(scene, {}, sink);
+  const std::vector<std::string> names = {"a<script>window.taken=1<\u002fscript>.png", "\"><b>.png",
+                                          "';window.taken=1;'.png"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string name = names[i];
+    std::replace(name.begin(), name.end(), '/', '_');
+    fs::rename(hostile.ImagePath(hostile.views[i]), hostile.image_folder / name);
+    hostile.views[i].name = name;
+  }
+  std::ranges::sort(hostile.views, {}, &View::name);
+  for (Point& point : hostile.points) point.track.clear();
+  hostile.points.clear();
+  WriteScene(hostile, scene);
+  const fs::path page = Desk().capture() / "hostile.html";
+  const ProgramResult made = RunProgram({"lumi-export", "web", scene.string(), "-o", page.string(), "--quiet"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  Chromium& browser = At("file://" + page.string());
+  EXPECT_TRUE(browser.Evaluate("window.taken === undefined").get<bool>());
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#photos li').length").get<int>(), kPhotos);
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#photos b, #photos img, h1 img').length").get<int>(), 0);
+  EXPECT_EQ(browser.Evaluate("document.title").get<std::string>(), scene.filename().string());
+}
+
+TEST(WebPage, RefusalsSayWhatToDo) {
+  const std::string scene = Desk().capture().path().string();
+  const auto refused = [](const std::vector<std::string>& more, int code, const std::string& words) {
+    std::vector<std::string> argv{"lumi-export", "web"};
+    argv.insert(argv.end(), more.begin(), more.end());
+    const ProgramResult run = RunProgram(argv);
+    EXPECT_EQ(run.exit_code, code) << run.err;
+    EXPECT_THAT(run.err, testing::HasSubstr(words));
+  };
+  refused({scene}, 2, "-o FILE.html");
+  refused({scene, "-o", (Desk().capture() / "x.html").string(), "--max-mb", "0.3"}, 1, "--max-mb");
+  refused({scene, "-o", (Desk().capture() / "x.html").string(), "--proxy", "per-view"}, 2, "lumi-proxy auto");
+  refused({(Desk().capture() / "nothing").string(), "-o", (Desk().capture() / "x.html").string()}, 2, "nothing");
+  EXPECT_FALSE(fs::exists(Desk().capture() / "x.html"));
+}
+
+}  // namespace
+}  // namespace lumi
