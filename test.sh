@@ -36,7 +36,8 @@ if [ -n "$on" ]; then
 fi
 [ ${#as_user[@]} -eq 0 ] || die "--as-user goes with --on" 2
 
-install_packages
+# Chromium: the pages that lumi-export writes are looked at in a real browser.
+install_packages chromium
 build "$preset" "${targets[@]}"
 # COLMAP, OpenCV and Embree keep what they allocate until the end: leaks of ours show in the objects' own tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1

@@ -1,7 +1,6 @@
 #include "export/vertex_colors.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "render/cpu/blend.h"
@@ -111,16 +110,16 @@ VertexColors ColorVertices(const Lumigraph& lumigraph, ProgressSink& sink) {
       seen[i] = colorer.Color(mesh.vertices[i], normals[i], scratch, colors.rgb[i]) ? 1 : 0;
     progress.Step(static_cast<long>(end - begin));
   });
-  Eigen::Array3f mean = Eigen::Array3f::Zero();
-  float n = 0;
+  Eigen::Array3d mean = Eigen::Array3d::Zero();
+  double n = 0;
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (seen[i] != 0) {
-      mean += colors.rgb[i];
+      mean += colors.rgb[i].cast<double>();
       ++n;
     }
-  mean = n > 0 ? Eigen::Array3f(mean / n) : Eigen::Array3f::Constant(0.5F);
+  mean = n > 0 ? Eigen::Array3d(mean / n) : Eigen::Array3d::Constant(0.5);
   for (std::size_t i = 0; i < seen.size(); ++i)
-    if (seen[i] == 0) colors.rgb[i] = mean;
+    if (seen[i] == 0) colors.rgb[i] = mean.cast<float>();
   colors.seen.assign(seen.begin(), seen.end());
   return colors;
 }
