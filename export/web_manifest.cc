@@ -150,7 +150,8 @@ json Pose(const RenderView& view) {
   rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
   return {{"centre", Numbers(view.centre)},
           {"rotation", Rows(rotation)},
-          {"focal", std::sqrt(std::abs(m.determinant())) / view.size_px.minCoeff()}};
+          {"focal", std::sqrt(std::abs(m.determinant())) / view.size_px.minCoeff()},
+          {"aspect", static_cast<double>(view.size_px.x()) / view.size_px.y()}};
 }
 
 json Photos(const ReducedPhotos& reduced, const Sources& sources, bool previews, std::vector<WebPart>& parts) {
@@ -249,7 +250,6 @@ WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, co
     j["path"].push_back(Pose(Normalized(MakeRenderView(key, film.x(), film.y()), scene.normalized_from_world)));
   }
   j["path_seconds"] = Duration(path);
-  j["home"] = j["path"][kPathKeys / 2];
   std::vector<double> times;
   for (const View& view : scene.views)
     if (view.time_s) times.push_back(*view.time_s);

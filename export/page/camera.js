@@ -1,5 +1,5 @@
-// The person's camera: a place, a rotation (cam_from_world) and a focal length over the picture's shorter side, in the
-// scene's normalised frame; moved by drags, keys and wheel, about a pivot or freely.
+// The person's camera: a place, a rotation (cam_from_world), a focal length over the shorter side of a picture, and that
+// picture's aspect: it fits into the window as a whole. In the scene's normalised frame; moved by drags, keys and wheel, about a pivot or freely.
 
 class PersonCamera {
   constructor(manifest) {
@@ -8,27 +8,30 @@ class PersonCamera {
     this.centre = [0, 0, 0];
     this.rotation = [1, 0, 0, 0, 1, 0, 0, 0, 1];
     this.focal = 1;
+    this.aspect = 1;
     this.pivotDistance = manifest.typical_depth;
     this.mode = "orbit";
     this.flight = null;
   }
   get forward() { return row(this.rotation, 2); }
   get pivot() { return add(this.centre, scaled(this.forward, this.pivotDistance)); }
-  get pose() { return { centre: this.centre, rotation: this.rotation, focal: this.focal, time_s: this.time_s }; }
+  get pose() { return { centre: this.centre, rotation: this.rotation, focal: this.focal, aspect: this.aspect }; }
   setPose(pose) {
     this.centre = [...pose.centre];
     this.rotation = [...pose.rotation];
     this.focal = pose.focal ?? this.focal;
+    this.aspect = pose.aspect ?? this.aspect;
   }
   // pixels from directions for a picture of w x h.
   view(w, h) {
-    const f = this.focal * Math.min(w, h), k = [f, 0, w / 2, 0, f, h / 2, 0, 0, 1];
+    const a = this.aspect, f = this.focal * Math.min(a, 1) * Math.min(w / a, h), k = [f, 0, w / 2, 0, f, h / 2, 0, 0, 1];
     return { m: times(k, this.rotation), centre: this.centre, size: [w, h] };
   }
   // A photo's own pose; its picture's shorter side fits the window's.
   static poseOf(photo) {
     const rotation = PersonCamera.upright(rotationOf(photo.m), photo.turns);
-    return { centre: photo.centre, rotation, focal: photo.focal_px / Math.min(...photo.size) };
+    const [w, h] = photo.turns % 2 === 0 ? photo.size : [photo.size[1], photo.size[0]];
+    return { centre: photo.centre, rotation, focal: photo.focal_px / Math.min(w, h), aspect: w / h };
   }
   // Photos keep their pixels as they are stored: who looks through one's camera sees it as EXIF says. turns: quarter
   // turns to the right that bring it upright.
@@ -85,6 +88,7 @@ class PersonCamera {
       centre: add(scaled(from.centre, 1 - s), scaled(to.centre, s)),
       rotation: slerpRotation(from.rotation, to.rotation, s),
       focal: from.focal * Math.pow(to.focal / from.focal, s),
+      aspect: from.aspect * Math.pow((to.aspect ?? from.aspect) / from.aspect, s),
     });
     if (x >= 1) this.flight = null;
     return true;
@@ -102,15 +106,16 @@ const alongPath = (path, share) => {
     centre: [0, 1, 2].map((k) => curve(...p.map((q) => q.centre[k]))),
     rotation: slerpRotation(p[1].rotation, p[2].rotation, t),
     focal: p[1].focal * Math.pow(p[2].focal / p[1].focal, t),
+    aspect: p[1].aspect,
   };
 };
 
 // A pose as text for a link, and back; null where it is none.
-const poseText = (pose) => [...pose.centre, ...pose.rotation, pose.focal].map((v) => +v.toPrecision(7)).join(",");
+const poseText = (pose) => [...pose.centre, ...pose.rotation, pose.focal, pose.aspect].map((v) => +v.toPrecision(7)).join(",");
 const poseFrom = (text) => {
   const v = text.split(",").map(Number);
-  if (v.length !== 13 || v.some((x) => !Number.isFinite(x))) return null;
+  if (v.length !== 14 || v.some((x) => !Number.isFinite(x))) return null;
   const rotation = rotationOf(v.slice(3, 12));
-  if (rotation.some((x) => !Number.isFinite(x)) || !(v[12] > 0.01 && v[12] < 1000)) return null;
-  return { centre: v.slice(0, 3), rotation, focal: v[12] };
+  if (rotation.some((x) => !Number.isFinite(x)) || !(v[12] > 0.01 && v[12] < 1000 && v[13] > 0.01 && v[13] < 100)) return null;
+  return { centre: v.slice(0, 3), rotation, focal: v[12], aspect: v[13] };
 };

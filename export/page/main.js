@@ -5,6 +5,9 @@ const start = async () => {
   const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance", preserveDrawingBuffer: true });
   if (!gl) throw new Error("This browser shows no WebGL 2, which this page draws with. Recent versions of Firefox, Chrome, Edge and Safari have it; it may be switched off in the settings, or the graphics driver may be missing.");
   const begun = performance.now();
+  // A photo in the middle of all: what it sees is photographed.
+  const middle = scaled(manifest.photos.reduce((sum, p) => add(sum, p.centre), [0, 0, 0]), 1 / manifest.photos.length);
+  const home = PersonCamera.poseOf(manifest.photos.reduce((a, b) => (norm(sub(a.centre, middle)) <= norm(sub(b.centre, middle)) ? a : b)));
   const query = new URLSearchParams(location.search);
   const memoryMb = Number(query.get("memory-mb")) || (navigator.deviceMemory ? Math.min(1024, navigator.deviceMemory * 128) : 512);
   const camera = new PersonCamera(manifest);
@@ -65,7 +68,7 @@ const start = async () => {
     falseColor: () => setShow(state.show === "false-color" ? "color" : "false-color"),
     proxy: () => setShow(state.show === "depth" ? "color" : "depth"),
     photo: (step) => jump(state.photo < 0 ? orderFor(viewNow())[0] : state.photo + step),
-    home: () => { stop(); camera.flyTo(manifest.home, 0.8, performance.now() / 1000); touch(); },
+    home: () => { stop(); camera.flyTo(home, 0.8, performance.now() / 1000); touch(); },
     play: () => {
       if (state.playing !== null) return stop();
       stop();
@@ -129,10 +132,10 @@ const start = async () => {
       if (j >= 0) return jump(j, 0);
     }
     const pose = hash.has("pose") ? poseFrom(hash.get("pose")) : null;
-    camera.setPose(pose ?? manifest.home);
+    camera.setPose(pose ?? home);
     touch();
   };
-  camera.setPose(manifest.home);
+  camera.setPose(home);
   fromHash();
   window.addEventListener("hashchange", fromHash);
   new ResizeObserver(() => { state.dirty = true; }).observe(canvas);
@@ -221,8 +224,10 @@ const start = async () => {
 };
 
 // Effects by the names that --effects has.
+const settingOf = (name) => ({ fov: "field_of_view" }[name] ?? name);
+const canSwitch = (settings, name) => settingOf(name) in settings || name in settings.terms;
 const setEffect = (settings, manifest, name, on) => {
-  const key = { fov: "field_of_view" }[name] ?? name;
+  const key = settingOf(name);
   if (key in settings) settings[key] = on;
   if (key in settings.terms) settings.terms[key] = on;
 };

@@ -23,6 +23,8 @@ const fillPanel = (manifest, state, actions) => {
     const label = document.createElement("label"), box = document.createElement("input"), why = document.createElement("span");
     box.type = "checkbox";
     box.checked = effect.on;
+    // What the photos were corrected for when the page was made stays so.
+    box.disabled = !canSwitch(state.settings, effect.name);
     box.addEventListener("change", () => actions.effect(effect.name, box.checked));
     why.className = "evidence";
     why.textContent = effect.evidence;
