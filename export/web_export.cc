@@ -34,20 +34,20 @@ void RequireConsistent(const WebOptions& o) {
   if (o.output.empty() && !o.tradeoff) throw UsageError("-o FILE.html or -o DIR is missing");
   if (!o.output.empty() && o.tradeoff) throw UsageError("--tradeoff writes no page: leave -o out");
   if (!(o.max_mb > 0)) throw UsageError("--max-mb must be > 0");
-  if (fs::is_directory(o.output) && IsOneFile(o.output))
-    throw UsageError(o.output.string() + " is a folder", "name a file, or a folder without .html");
+  if (!o.tradeoff) RequireOurOutput(o.output, IsOneFile(o.output));
+  if (!o.as_scene.empty()) RequireOurFolder(o.as_scene);
 }
 
 // The page's data as a scene of its own.
 void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const std::string& proxy,
                   const fs::path& folder) {
-  RequireOurFolder(folder);
   Scene scene = reduced.scene;
   scene.image_folder = folder / "images";
   scene.folder = folder;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
-    view.name = fs::path(view.name).replace_extension(".jpg").string();
+    // Added, not exchanged: two photos may differ by their endings.
+    if (fs::path(view.name).extension() != ".jpg") view.name += ".jpg";
     WriteBytesAtomically(scene.image_folder / view.name, reduced.photos[i].jpeg.data(), reduced.photos[i].jpeg.size());
   }
   const Similarity3 world = scene.normalized_from_world.Inverse();
@@ -55,6 +55,7 @@ void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const
   for (Eigen::Vector3d& v : in_world.vertices) v = world * v;
   WriteMesh(ProxyPath(folder, proxy), in_world);
   scene.active_proxy = proxy;
+  std::ranges::sort(scene.views, {}, &View::name);
   WriteScene(scene, folder);
 }
 

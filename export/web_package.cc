@@ -1,11 +1,13 @@
 #include "export/web_package.h"
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
 #include "scene/files/atomic_file.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -14,6 +16,10 @@ namespace fs = std::filesystem;
 extern const std::vector<std::pair<std::string, std::string>> kPageFiles;
 
 namespace {
+
+// How a page of ours is known (page/page.html): this stands among its first bytes.
+constexpr const char* kGenerator = "<meta name=\"generator\" content=\"Lumigraph\">";
+constexpr std::size_t kGeneratorWithin = 1000;
 
 const std::string& PageFile(const std::string& name) {
   const auto found = std::ranges::find(kPageFiles, name, &std::pair<std::string, std::string>::first);
@@ -66,8 +72,18 @@ double WriteOneFile(const WebPage& page, const fs::path& file) {
   return static_cast<double>(text.size());
 }
 
+void RequireOurOutput(const fs::path& output, bool one_file) {
+  if (!one_file) return RequireOurFolder(output, kWebMarker);
+  if (fs::is_directory(output))
+    throw UsageError(output.string() + " is a folder", "name a file, or a folder without .html");
+  std::ifstream in(output, std::ios::binary);
+  std::string head(kGeneratorWithin, ' ');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (fs::exists(output) && head.find(kGenerator) == std::string::npos)
+    throw UsageError(output.string() + " is there, and is no page of ours", "choose another name");
+}
+
 double WriteWebFolder(const WebPage& page, const fs::path& folder) {
-  RequireOurFolder(folder, kWebMarker);
   const FolderLock lock(folder);
   WriteTextAtomically(folder / kWebMarker, "made by lumi-export web\n");
   std::set<fs::path> written;

@@ -12,7 +12,10 @@ constexpr double kBytesInOneFile = 4.0 / 3;
 // What makes a folder ours.
 constexpr const char* kWebMarker = ".lumigraph-web";
 
-// Bytes written. Both replace what an earlier export wrote; a folder with anything else in it is refused (UsageError).
+// Throws UsageError where there is something that no earlier export wrote: nothing is touched.
+void RequireOurOutput(const std::filesystem::path& output, bool one_file);
+
+// Bytes written. Both replace what an earlier export wrote.
 double WriteOneFile(const WebPage& page, const std::filesystem::path& file);
 double WriteWebFolder(const WebPage& page, const std::filesystem::path& folder);
 

@@ -149,7 +149,9 @@ int main(int argc, char** argv) {
   app.Flag("--no-video{false}", options.video, "No fly-through");
   app.Flag("--no-fill{false}", options.video_fill, "What no photo sees stays black in the fly-through");
   app.Flag("--no-web{false}", options.web, "No page to walk in (SCENE/web.html)");
-  app.Add("--web-mb", options.web_mb, "Most megabytes of that page, > 0 (as lumi-export web --max-mb)").Positive().Default();
+  app.Add("--web-mb", options.web_mb, "Most megabytes of that page, > 0 (as lumi-export web --max-mb)")
+      .Positive()
+      .Default();
   app.Add("--width", options.video_width_px, "Width of the fly-through, pixels, 16 to 16384").Default();
   app.Add("--seconds", options.video_seconds, "Length of the fly-through, seconds").Default();
   app.Add("--fidelity-db", options.video_fidelity_db,

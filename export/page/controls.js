@@ -5,12 +5,12 @@ const attachControls = (canvas, camera, actions, touched) => {
   const side = () => Math.min(canvas.clientWidth, canvas.clientHeight) || 1;
   const two = () => {
     const [a, b] = [...pointers.values()];
-    return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.max(1, Math.hypot(a.x - b.x, a.y - b.y)) };
+    return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.max(1, Math.hypot(a.x - b.x, a.y - b.y))};
   };
   canvas.addEventListener("pointerdown", (e) => {
-    canvas.focus({ preventScroll: true });
+    canvas.focus({preventScroll: true});
     canvas.setPointerCapture(e.pointerId);
-    pointers.set(e.pointerId, { x: e.clientX, y: e.clientY, button: e.button });
+    pointers.set(e.pointerId, {x: e.clientX, y: e.clientY, button: e.button});
     pinch = pointers.size === 2 ? two() : null;
     actions.stop();
     e.preventDefault();
@@ -22,9 +22,12 @@ const attachControls = (canvas, camera, actions, touched) => {
     last.x = e.clientX;
     last.y = e.clientY;
     if (pointers.size === 1) {
-      if (last.button === 2 || last.button === 1 || e.shiftKey) camera.slide(dx, dy);
-      else if (camera.mode === "orbit") camera.turn(dx * Math.PI, -dy * Math.PI);
-      else camera.turn(-dx / camera.focal, dy / camera.focal);
+      if (last.button === 2 || last.button === 1 || e.shiftKey)
+        camera.slide(dx, dy);
+      else if (camera.mode === "orbit")
+        camera.turn(dx * Math.PI, -dy * Math.PI);
+      else
+        camera.turn(-dx / camera.focal, dy / camera.focal);
     } else if (pointers.size === 2) {
       const now = two();
       if (pinch) {
@@ -47,20 +50,49 @@ const attachControls = (canvas, camera, actions, touched) => {
     camera.approach(Math.exp(Math.max(-1, Math.min(1, (e.deltaY * unit) / 800))));
     touched();
     e.preventDefault();
-  }, { passive: false });
+  }, {passive: false});
   canvas.addEventListener("dblclick", (e) => actions.pivot(e.offsetX, e.offsetY));
 
   // Keys that are held move as long as they are; each moves at once, too, so that a tap is a step.
   const held = new Set();
-  const moves = { ArrowUp: [1, 0, 0], KeyW: [1, 0, 0], ArrowDown: [-1, 0, 0], ArrowLeft: [0, -1, 0], KeyA: [0, -1, 0], ArrowRight: [0, 1, 0], KeyD: [0, 1, 0], KeyQ: [0, 0, -1], KeyE: [0, 0, 1] };
-  const once = { Space: actions.play, Home: actions.home, KeyL: actions.link, KeyF: actions.full, KeyS: actions.panel, KeyM: actions.panel, KeyC: actions.falseColor, KeyP: actions.proxy, KeyV: actions.cameras, KeyH: actions.help, Escape: actions.close, Comma: () => actions.photo(-1), Period: () => actions.photo(1) };
+  const moves = {
+    ArrowUp: [1, 0, 0],
+    KeyW: [1, 0, 0],
+    ArrowDown: [-1, 0, 0],
+    ArrowLeft: [0, -1, 0],
+    KeyA: [0, -1, 0],
+    ArrowRight: [0, 1, 0],
+    KeyD: [0, 1, 0],
+    KeyQ: [0, 0, -1],
+    KeyE: [0, 0, 1]
+  };
+  const once = {
+    Space: actions.play,
+    Home: actions.home,
+    KeyL: actions.link,
+    KeyF: actions.full,
+    KeyS: actions.panel,
+    KeyM: actions.panel,
+    KeyC: actions.falseColor,
+    KeyP: actions.proxy,
+    KeyV: actions.cameras,
+    KeyH: actions.help,
+    Escape: actions.close,
+    Comma: () => actions.photo(-1),
+    Period: () => actions.photo(1)
+  };
   canvas.addEventListener("keydown", (e) => {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     if (moves[e.code]) {
-      if (!held.has(e.code)) { held.add(e.code); actions.stop(); camera.walk(...scaled(moves[e.code], 0.05)); }
+      if (!held.has(e.code)) {
+        held.add(e.code);
+        actions.stop();
+        camera.walk(...scaled(moves[e.code], 0.05));
+      }
     } else if (once[e.code]) {
       if (!e.repeat) once[e.code]();
-    } else return;
+    } else
+      return;
     touched();
     e.preventDefault();
   });

@@ -20,8 +20,9 @@ const readPart = async (name) => {
   }
   const answer = await fetch(name);
   if (!answer.ok) throw new Error("cannot load " + name + " (" + answer.status + ")");
-  bytesLoaded += (await answer.clone().arrayBuffer()).byteLength;
-  return new Uint8Array(await answer.arrayBuffer());
+  const bytes = new Uint8Array(await answer.arrayBuffer());
+  bytesLoaded += bytes.length;
+  return bytes;
 };
 let bytesLoaded = 0;
 

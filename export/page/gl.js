@@ -14,7 +14,9 @@ class GlProgram {
     for (const shader of shaders) gl.attachShader(this.id, shader);
     gl.linkProgram(this.id);
     if (!gl.getProgramParameter(this.id, gl.LINK_STATUS) && !gl.isContextLost())
-      throw new Error("the " + name + " shader: " + shaders.map((s) => gl.getShaderInfoLog(s)).join("") + gl.getProgramInfoLog(this.id));
+      throw new Error(
+          "the " + name + " shader: " + shaders.map((s) => gl.getShaderInfoLog(s)).join("") +
+          gl.getProgramInfoLog(this.id));
     for (const shader of shaders) gl.deleteShader(shader);
     this.places = new Map();
     this.units = new Map();
@@ -23,7 +25,9 @@ class GlProgram {
     if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.id, name));
     return this.places.get(name);
   }
-  use() { this.gl.useProgram(this.id); }
+  use() {
+    this.gl.useProgram(this.id);
+  }
   int(name, ...v) {
     const p = this.place(name);
     if (p !== null) this.gl["uniform" + v.length + "i"](p, ...v);
@@ -61,10 +65,10 @@ const nearestTexture = (gl, kind) => {
 // A buffer that shaders read: rows of rowTexels texels of four (or one) values, as FETCH has it.
 class RowTexture {
   constructor(gl, rowTexels, format) {
-    Object.assign(this, { gl, rowTexels, format, rows: 0, id: null });
+    Object.assign(this, {gl, rowTexels, format, rows: 0, id: null});
   }
   set(values) {
-    const { gl, rowTexels } = this;
+    const {gl, rowTexels} = this;
     const [internal, outer, type, channels] = {
       rgba32f: [gl.RGBA32F, gl.RGBA, gl.FLOAT, 4],
       r32f: [gl.R32F, gl.RED, gl.FLOAT, 1],
@@ -90,10 +94,10 @@ class RowTexture {
 // Textures of one size to draw into, and depth where wanted.
 class Target {
   constructor(gl, internals, options = {}) {
-    Object.assign(this, { gl, internals, options, size: [0, 0], textures: [], framebuffer: null, depth: null });
+    Object.assign(this, {gl, internals, options, size: [0, 0], textures: [], framebuffer: null, depth: null});
   }
   resize(width, height) {
-    const { gl } = this;
+    const {gl} = this;
     if (width === this.size[0] && height === this.size[1]) return;
     this.free();
     this.size = [width, height];

@@ -2,33 +2,58 @@
 const start = async () => {
   const canvas = byId("view");
   const manifest = await readManifest();
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance", preserveDrawingBuffer: true });
-  if (!gl) throw new Error("This browser shows no WebGL 2, which this page draws with. Recent versions of Firefox, Chrome, Edge and Safari have it; it may be switched off in the settings, or the graphics driver may be missing.");
+  const gl = canvas.getContext(
+      "webgl2",
+      {alpha: false, antialias: false, depth: false, powerPreference: "high-performance", preserveDrawingBuffer: true});
+  if (!gl)
+    throw new Error(
+        "This browser shows no WebGL 2, which this page draws with. Recent versions of Firefox, Chrome, Edge and Safari have it; it may be switched off in the settings, or the graphics driver may be missing.");
   const begun = performance.now();
   // A photo in the middle of all: what it sees is photographed.
   const middle = scaled(manifest.photos.reduce((sum, p) => add(sum, p.centre), [0, 0, 0]), 1 / manifest.photos.length);
-  const home = PersonCamera.poseOf(manifest.photos.reduce((a, b) => (norm(sub(a.centre, middle)) <= norm(sub(b.centre, middle)) ? a : b)));
+  const home = PersonCamera.poseOf(
+      manifest.photos.reduce((a, b) => (norm(sub(a.centre, middle)) <= norm(sub(b.centre, middle)) ? a : b)));
   const query = new URLSearchParams(location.search);
-  const memoryMb = Number(query.get("memory-mb")) || (navigator.deviceMemory ? Math.min(1024, navigator.deviceMemory * 128) : 512);
+  const memoryMb =
+      Number(query.get("memory-mb")) || (navigator.deviceMemory ? Math.min(1024, navigator.deviceMemory * 128) : 512);
   const camera = new PersonCamera(manifest);
-  const state = { settings: JSON.parse(JSON.stringify(manifest.settings)), show: "color", overlay: false, playing: null, timeRuns: true, time_s: manifest.time?.begin_s, dirty: true, sharp: true, photo: -1 };
+  const state = {
+    settings: JSON.parse(JSON.stringify(manifest.settings)),
+    show: "color",
+    overlay: false,
+    playing: null,
+    timeRuns: true,
+    time_s: manifest.time?.begin_s,
+    dirty: true,
+    sharp: true,
+    photo: -1
+  };
   const frames = [];
   let renderer = null, lost = false;
-  const touch = () => { state.dirty = true; state.sharp = false; state.moved = performance.now(); };
-  const photos = new Photos(gl, manifest, memoryMb * 1e6, () => { state.dirty = true; showLoading(); });
+  const touch = () => {
+    state.dirty = true;
+    state.sharp = false;
+    state.moved = performance.now();
+  };
+  const photos = new Photos(gl, manifest, memoryMb * 1e6, () => {
+    state.dirty = true;
+    showLoading();
+  });
   const showLoading = () => {
     const n = photos.loadedCount, all = manifest.photos.length, done = photos.finished;
     byId("loading").firstElementChild.style.width = (100 * n) / all + "%";
     byId("loading").setAttribute("aria-valuenow", Math.round((100 * n) / all));
     byId("loading").classList.toggle("done", done);
-    byId("status").textContent = done ? (photos.failed ? photos.failed + " photos could not be loaded" : "") : "loading photos: " + n + " of " + all;
+    byId("status").textContent = done ? (photos.failed ? photos.failed + " photos could not be loaded" : "") :
+                                        "loading photos: " + n + " of " + all;
   };
 
   // The photos nearest to a view, by the angle at points along five of its rays at the typical depth, those that do not
   // see them after those that do.
   const orderFor = (view) => {
     const rays = inverse(view.m), [w, h] = view.size;
-    const points = [[0.5, 0.5], [0.2, 0.2], [0.8, 0.2], [0.2, 0.8], [0.8, 0.8]].map(([x, y]) => add(view.centre, scaled(timesVector(rays, [x * w, y * h, 1]), manifest.typical_depth)));
+    const points = [[0.5, 0.5], [0.2, 0.2], [0.8, 0.2], [0.2, 0.8], [0.8, 0.8]].map(
+        ([x, y]) => add(view.centre, scaled(timesVector(rays, [x * w, y * h, 1]), manifest.typical_depth)));
     const cost = manifest.photos.map((p) => {
       let sum = 0;
       for (const x of points) {
@@ -45,8 +70,11 @@ const start = async () => {
   const jump = (j, seconds = 0.8) => {
     state.photo = (j + manifest.photos.length) % manifest.photos.length;
     stop();
-    camera.flyTo(PersonCamera.poseOf(manifest.photos[state.photo]), matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : seconds, performance.now() / 1000);
-    if (manifest.time && manifest.photos[state.photo].time_s !== undefined) state.time_s = manifest.photos[state.photo].time_s;
+    camera.flyTo(
+        PersonCamera.poseOf(manifest.photos[state.photo]),
+        matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : seconds, performance.now() / 1000);
+    if (manifest.time && manifest.photos[state.photo].time_s !== undefined)
+      state.time_s = manifest.photos[state.photo].time_s;
     markPhoto(state.photo);
     touch();
   };
@@ -55,24 +83,50 @@ const start = async () => {
     camera.flight = null;
     byId("play").setAttribute("aria-pressed", "false");
   };
-  const setShow = (show) => { state.show = show; byId("show").value = show; state.dirty = true; };
-  const toggle = (id) => { byId(id).hidden = !byId(id).hidden; };
+  const setShow = (show) => {
+    state.show = show;
+    byId("show").value = show;
+    state.dirty = true;
+  };
+  const toggle = (id) => {
+    byId(id).hidden = !byId(id).hidden;
+  };
   const actions = {
-    jump, stop,
-    set: (change) => { Object.assign(state.settings, change); state.dirty = true; },
-    effect: (name, on) => { setEffect(state.settings, manifest, name, on); state.dirty = true; },
+    jump,
+    stop,
+    set: (change) => {
+      Object.assign(state.settings, change);
+      state.dirty = true;
+    },
+    effect: (name, on) => {
+      setEffect(state.settings, manifest, name, on);
+      state.dirty = true;
+    },
     show: setShow,
-    mode: (mode) => { camera.mode = mode; byId("mode").value = mode; },
-    overlay: (on) => { state.overlay = on; state.dirty = true; },
-    cameras: () => { byId("cameras").checked = state.overlay = !state.overlay; state.dirty = true; },
+    mode: (mode) => {
+      camera.mode = mode;
+      byId("mode").value = mode;
+    },
+    overlay: (on) => {
+      state.overlay = on;
+      state.dirty = true;
+    },
+    cameras: () => {
+      byId("cameras").checked = state.overlay = !state.overlay;
+      state.dirty = true;
+    },
     falseColor: () => setShow(state.show === "false-color" ? "color" : "false-color"),
     proxy: () => setShow(state.show === "depth" ? "color" : "depth"),
     photo: (step) => jump(state.photo < 0 ? orderFor(viewNow())[0] : state.photo + step),
-    home: () => { stop(); camera.flyTo(home, 0.8, performance.now() / 1000); touch(); },
+    home: () => {
+      stop();
+      camera.flyTo(home, 0.8, performance.now() / 1000);
+      touch();
+    },
     play: () => {
       if (state.playing !== null) return stop();
       stop();
-      state.playing = { begin: performance.now() / 1000, from: camera.pose };
+      state.playing = {begin: performance.now() / 1000, from: camera.pose};
       byId("play").setAttribute("aria-pressed", "true");
       touch();
     },
@@ -80,36 +134,60 @@ const start = async () => {
       const link = new URL(location.href);
       link.hash = "pose=" + poseText(camera.pose);
       history.replaceState(null, "", link.hash);
-      try { await navigator.clipboard.writeText(link.href); byId("status").textContent = "link copied"; } catch { byId("status").textContent = "the link is in the address bar"; }
+      try {
+        await navigator.clipboard.writeText(link.href);
+        byId("status").textContent = "link copied";
+      } catch {
+        byId("status").textContent = "the link is in the address bar";
+      }
     },
-    full: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.()),
-    panel: () => { toggle("panel"); byId("more").setAttribute("aria-expanded", String(!byId("panel").hidden)); },
+    full: () =>
+        (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.()),
+    panel: () => {
+      toggle("panel");
+      byId("more").setAttribute("aria-expanded", String(!byId("panel").hidden));
+    },
     help: () => toggle("help"),
-    close: () => { byId("help").hidden = byId("panel").hidden = true; byId("more").setAttribute("aria-expanded", "false"); },
-    time: (share) => { state.timeRuns = byId("time-runs").checked = false; state.time_s = manifest.time.begin_s + share * (manifest.time.end_s - manifest.time.begin_s); state.dirty = true; },
-    timeRuns: (on) => { state.timeRuns = on; },
+    close: () => {
+      byId("help").hidden = byId("panel").hidden = true;
+      byId("more").setAttribute("aria-expanded", "false");
+    },
+    time: (share) => {
+      state.timeRuns = byId("time-runs").checked = false;
+      state.time_s = manifest.time.begin_s + share * (manifest.time.end_s - manifest.time.begin_s);
+      state.dirty = true;
+    },
+    timeRuns: (on) => {
+      state.timeRuns = on;
+    },
     // The point under a double click becomes what the camera turns about.
     pivot: (x, y) => {
-      const [w, h] = renderer.depth.size, d = renderer.depthAt(Math.floor((x / canvas.clientWidth) * w), Math.floor((y / canvas.clientHeight) * h));
+      const [w, h] = renderer.depth.size,
+                d = renderer.depthAt(
+                    Math.floor((x / canvas.clientWidth) * w), Math.floor((y / canvas.clientHeight) * h));
       if (!(d > 0)) return;
-      const view = viewNow(), ray = timesVector(inverse(view.m), [(x / canvas.clientWidth) * view.size[0], (y / canvas.clientHeight) * view.size[1], 1]);
+      const view = viewNow(), ray = timesVector(inverse(view.m), [
+                                (x / canvas.clientWidth) * view.size[0], (y / canvas.clientHeight) * view.size[1], 1
+                              ]);
       const to = add(camera.centre, scaled(ray, d)), distance = norm(sub(to, camera.centre));
       camera.pivotDistance = distance;
-      camera.flyTo({ ...camera.pose, rotation: lookingAlong(sub(to, camera.centre), camera.up) }, 0.5, performance.now() / 1000);
+      camera.flyTo(
+          {...camera.pose, rotation: lookingAlong(sub(to, camera.centre), camera.up)}, 0.5, performance.now() / 1000);
       touch();
     },
   };
   fillPanel(manifest, state, actions);
   const moveByKeys = attachControls(canvas, camera, actions, touch);
 
-  // Pixels to draw: those of the screen, at most two a CSS pixel and two million; while something moves, as many as keep
-  // frames below 40 ms.
+  // Pixels to draw: those of the screen, at most two a CSS pixel and two million; while something moves, as many as
+  // keep frames below 40 ms.
   let movingScale = 1;
   const sizeNow = () => {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const w = Math.max(1, Math.round(canvas.clientWidth * ratio)), h = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    const w = Math.max(1, Math.round(canvas.clientWidth * ratio)),
+          h = Math.max(1, Math.round(canvas.clientHeight * ratio));
     const scale = Math.min(1, Math.sqrt(2e6 / (w * h))) * (state.sharp ? 1 : movingScale);
-    return { canvas: [w, h], picture: [Math.max(8, Math.round(w * scale)), Math.max(8, Math.round(h * scale))] };
+    return {canvas: [w, h], picture: [Math.max(8, Math.round(w * scale)), Math.max(8, Math.round(h * scale))]};
   };
   const viewNow = () => {
     const view = camera.view(...sizeNow().picture);
@@ -123,7 +201,12 @@ const start = async () => {
   };
   const corners = readMesh(await readPart("proxy.bin"), manifest.proxy);
   await makeRenderer();
-  canvas.addEventListener("webglcontextlost", (e) => { e.preventDefault(); lost = true; photos.stopped = true; say("The graphics processor gave this page's memory to somebody else. Reload to go on."); });
+  canvas.addEventListener("webglcontextlost", (e) => {
+    e.preventDefault();
+    lost = true;
+    photos.stopped = true;
+    say("The graphics processor gave this page's memory to somebody else. Reload to go on.");
+  });
 
   const fromHash = () => {
     const hash = new URLSearchParams(location.hash.slice(1));
@@ -138,7 +221,9 @@ const start = async () => {
   camera.setPose(home);
   fromHash();
   window.addEventListener("hashchange", fromHash);
-  new ResizeObserver(() => { state.dirty = true; }).observe(canvas);
+  new ResizeObserver(() => {
+    state.dirty = true;
+  }).observe(canvas);
   photos.setOrder(orderFor(viewNow()));
   photos.pump();
 
@@ -155,17 +240,22 @@ const start = async () => {
     }
     if (manifest.time && state.timeRuns && manifest.settings.terms.time) {
       const length = manifest.time.end_s - manifest.time.begin_s;
-      state.time_s = manifest.time.begin_s + ((((state.time_s ?? 0) + seconds - manifest.time.begin_s) % length) + length) % length;
+      state.time_s = manifest.time.begin_s +
+          ((((state.time_s ?? 0) + seconds - manifest.time.begin_s) % length) + length) % length;
       byId("time").value = String((state.time_s - manifest.time.begin_s) / length);
       state.dirty = true;
     }
-    if (!state.sharp && now - state.moved > 200) { state.sharp = true; state.dirty = true; }
+    if (!state.sharp && now - state.moved > 200) {
+      state.sharp = true;
+      state.dirty = true;
+    }
     if (state.dirty) draw(now);
     requestAnimationFrame(frame);
   };
   const draw = (now) => {
     const size = sizeNow();
-    if (canvas.width !== size.canvas[0] || canvas.height !== size.canvas[1]) [canvas.width, canvas.height] = size.canvas;
+    if (canvas.width !== size.canvas[0] || canvas.height !== size.canvas[1])
+      [canvas.width, canvas.height] = size.canvas;
     const view = viewNow();
     state.dirty = false;
     photos.setOrder(orderFor(view));
@@ -188,10 +278,21 @@ const start = async () => {
 
   // What tests and curious people ask for.
   window.lumigraph = {
-    manifest, camera, state, actions, photos, renderer,
-    get firstPictureMs() { return firstPicture; },
-    get bytesLoaded() { return bytesLoaded; },
-    get textureBytes() { return photos.bytes; },
+    manifest,
+    camera,
+    state,
+    actions,
+    photos,
+    renderer,
+    get firstPictureMs() {
+      return firstPicture;
+    },
+    get bytesLoaded() {
+      return bytesLoaded;
+    },
+    get textureBytes() {
+      return photos.bytes;
+    },
     frames,
     poseText: () => poseText(camera.pose),
     // A picture of exactly this view, after the photos on their way have come: RGBA rows from the top.
@@ -199,12 +300,12 @@ const start = async () => {
       photos.setOrder(orderFor(view));
       photos.pump();
       while (!photos.finished) await new Promise((resolve) => setTimeout(resolve, 20));
-      renderer.render(view, { ...state.settings, ...change }, change.show ?? "color");
-      return { size: view.size, pixels: renderer.readPicture() };
+      renderer.render(view, {...state.settings, ...change}, change.show ?? "color");
+      return {size: view.size, pixels: renderer.readPicture()};
     },
     // The same as text, to take out of the page.
     async pictureText(view, change) {
-      const { pixels } = await this.picture(view, change);
+      const {pixels} = await this.picture(view, change);
       let text = "";
       for (let i = 0; i < pixels.length; i += 8192) text += String.fromCharCode(...pixels.subarray(i, i + 8192));
       return btoa(text);
@@ -224,7 +325,7 @@ const start = async () => {
 };
 
 // Effects by the names that --effects has.
-const settingOf = (name) => ({ fov: "field_of_view" }[name] ?? name);
+const settingOf = (name) => ({fov: "field_of_view"}[name] ?? name);
 const canSwitch = (settings, name) => settingOf(name) in settings || name in settings.terms;
 const setEffect = (settings, manifest, name, on) => {
   const key = settingOf(name);
@@ -232,4 +333,7 @@ const setEffect = (settings, manifest, name, on) => {
   if (key in settings.terms) settings.terms[key] = on;
 };
 
-start().catch((error) => { say(error.message); console.error(error); });
+start().catch((error) => {
+  say(error.message);
+  console.error(error);
+});

@@ -13,7 +13,8 @@ const timesVector = (m, v) => [dot(row(m, 0), v), dot(row(m, 1), v), dot(row(m, 
 const transposed = (m) => [m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]];
 const times = (a, b) => {
   const c = new Array(9);
-  for (let i = 0; i < 3; ++i) for (let j = 0; j < 3; ++j) c[3 * i + j] = dot(row(a, i), column(b, j));
+  for (let i = 0; i < 3; ++i)
+    for (let j = 0; j < 3; ++j) c[3 * i + j] = dot(row(a, i), column(b, j));
   return c;
 };
 const determinant = (m) => dot(row(m, 0), cross(row(m, 1), row(m, 2)));

@@ -19,7 +19,7 @@ const halvedAxis = (source, count, stride, lines, lineStride, target, targetStri
 
 // As BuildPyramid of scene/files/image_io.h: each level the mean of 2 x 2 of the last one.
 const pyramidOf = (pixels, width, height) => {
-  const levels = [{ pixels, width, height }];
+  const levels = [{pixels, width, height}];
   while (width > 1 || height > 1) {
     const last = levels[levels.length - 1].pixels;
     const w = Math.max(1, width >> 1), h = Math.max(1, height >> 1);
@@ -38,7 +38,7 @@ const pyramidOf = (pixels, width, height) => {
       halvedAxis(across, height, 4 * w, w, 4, down, 4 * w, 4);
       for (let i = 0; i < next.length; ++i) next[i] = Math.min(255, Math.round(down[i]));
     }
-    levels.push({ pixels: next, width: w, height: h });
+    levels.push({pixels: next, width: w, height: h});
     width = w;
     height = h;
   }
@@ -46,11 +46,12 @@ const pyramidOf = (pixels, width, height) => {
 };
 
 const decodePixels = async (bytes, [width, height]) => {
-  const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }), { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+  const bitmap = await createImageBitmap(
+      new Blob([bytes], {type: "image/jpeg"}), {colorSpaceConversion: "none", premultiplyAlpha: "none"});
   const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = height;
-  const context = canvas.getContext("2d", { willReadFrequently: true });
+  const context = canvas.getContext("2d", {willReadFrequently: true});
   context.drawImage(bitmap, 0, 0);
   bitmap.close();
   return new Uint8Array(context.getImageData(0, 0, width, height).data.buffer);
@@ -59,13 +60,17 @@ const decodePixels = async (bytes, [width, height]) => {
 // Layers of photos of one size.
 class PhotoGroup {
   constructor(gl, index, size, layers) {
-    Object.assign(this, { gl, index, size, layers, owner: new Array(layers).fill(-1), id: null });
+    Object.assign(this, {gl, index, size, layers, owner: new Array(layers).fill(-1), id: null});
     this.levels = 1 + Math.floor(Math.log2(Math.max(...size)));
   }
-  static bytesPerLayer(size) { return Math.ceil((size[0] * size[1] * 16) / 3); }
-  get bytes() { return this.id ? this.layers * PhotoGroup.bytesPerLayer(this.size) : 0; }
+  static bytesPerLayer(size) {
+    return Math.ceil((size[0] * size[1] * 16) / 3);
+  }
+  get bytes() {
+    return this.id ? this.layers * PhotoGroup.bytesPerLayer(this.size) : 0;
+  }
   upload(layer, pyramid) {
-    const { gl } = this;
+    const {gl} = this;
     gl.activeTexture(gl.TEXTURE0);
     if (!this.id) {
       this.id = gl.createTexture();
@@ -73,37 +78,43 @@ class PhotoGroup {
       gl.texStorage3D(gl.TEXTURE_2D_ARRAY, this.levels, gl.RGBA8, ...this.size, this.layers);
       gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
       gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-      for (const p of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, p, gl.CLAMP_TO_EDGE);
+      for (const p of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, p, gl.CLAMP_TO_EDGE);
     }
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.id);
-    pyramid.slice(0, this.levels).forEach((level, i) =>
-      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, i, 0, 0, layer, level.width, level.height, 1, gl.RGBA, gl.UNSIGNED_BYTE, level.pixels));
+    pyramid.slice(0, this.levels)
+        .forEach(
+            (level, i) => gl.texSubImage3D(
+                gl.TEXTURE_2D_ARRAY, i, 0, 0, layer, level.width, level.height, 1, gl.RGBA, gl.UNSIGNED_BYTE,
+                level.pixels));
   }
 }
 
 const kMostGroups = 6;
-const kAtOnce = 3;  // photos on their way
+const kAtOnce = 3;    // photos on their way
+const kNearest = 24;  // photos that come first, small where they may be
 
 class Photos {
   // changed: called when a photo arrived or left.
   constructor(gl, manifest, memoryBytes, changed) {
-    Object.assign(this, { gl, manifest, changed, failed: 0, onTheirWay: 0, stopped: false });
-    this.photos = manifest.photos.map((about) => ({ about, detail: about.levels.map(() => ({ group: null, layer: -1, loading: false })) }));
+    Object.assign(this, {gl, manifest, changed, failed: 0, onTheirWay: 0, stopped: false});
+    this.photos = manifest.photos.map(
+        (about) => ({about, detail: about.levels.map(() => ({group: null, layer: -1, loading: false}))}));
     this.groups = [];
     this.version = 0;
     this.plan(memoryBytes);
-    this.order = this.photos.map((_, j) => j);
+    this.setOrder(this.photos.map((_, j) => j));
   }
 
   // Arrays for each size and level. Where not all photos fit in full, the sharp ones are as many as do, and every photo
   // has a smaller one where the page has it.
   plan(memoryBytes) {
-    const { gl } = this;
+    const {gl} = this;
     const most = Math.min(2048, gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
     const classes = new Map();
-    this.photos.forEach(({ about }, j) => about.levels.forEach((level, l) => {
+    this.photos.forEach(({about}, j) => about.levels.forEach((level, l) => {
       const key = level.size.join("x") + "/" + l;
-      if (!classes.has(key)) classes.set(key, { size: level.size, level: l, photos: [] });
+      if (!classes.has(key)) classes.set(key, {size: level.size, level: l, photos: []});
       classes.get(key).photos.push(j);
     }));
     const all = [...classes.values()].sort((a, b) => b.level - a.level);
@@ -121,7 +132,8 @@ class Photos {
       this.groups.push(c.group);
       for (const j of c.photos) this.photos[j].detail[c.level].group = c.group;
     }
-    this.whole = all.every((c) => c.photos.every((j) => this.photos[j].about.levels[c.level].size.join() === c.size.join()));
+    this.whole =
+        all.every((c) => c.photos.every((j) => this.photos[j].about.levels[c.level].size.join() === c.size.join()));
   }
   mergeCheapest(all) {
     let best = null;
@@ -130,66 +142,82 @@ class Photos {
         if (all[a].level !== all[b].level) continue;
         const size = [0, 1].map((i) => Math.max(all[a].size[i], all[b].size[i]));
         const cost = (size[0] * size[1] - all[a].size[0] * all[a].size[1]) * all[a].photos.length +
-          (size[0] * size[1] - all[b].size[0] * all[b].size[1]) * all[b].photos.length;
-        if (best === null || cost < best.cost) best = { a, b, size, cost };
+            (size[0] * size[1] - all[b].size[0] * all[b].size[1]) * all[b].photos.length;
+        if (best === null || cost < best.cost) best = {a, b, size, cost};
       }
     if (best === null) return all.pop();
-    all[best.a] = { size: best.size, level: all[best.a].level, photos: [...all[best.a].photos, ...all[best.b].photos] };
+    all[best.a] = {size: best.size, level: all[best.a].level, photos: [...all[best.a].photos, ...all[best.b].photos]};
     all.splice(best.b, 1);
   }
 
-  get bytes() { return this.groups.reduce((sum, g) => sum + g.bytes, 0); }
+  get bytes() {
+    return this.groups.reduce((sum, g) => sum + g.bytes, 0);
+  }
   // The sharpest that is there; -1: none.
-  levelOf(j) { return this.photos[j].detail.findIndex((d) => d.layer >= 0); }
-  get loadedCount() { return this.photos.reduce((n, _, j) => n + (this.levelOf(j) >= 0), 0); }
-  get finished() { return this.onTheirWay === 0 && this.next() === null; }
+  levelOf(j) {
+    return this.photos[j].detail.findIndex((d) => d.layer >= 0);
+  }
+  get loadedCount() {
+    return this.photos.reduce((n, _, j) => n + (this.levelOf(j) >= 0), 0);
+  }
+  get finished() {
+    return this.onTheirWay === 0 && this.next() === null;
+  }
 
   // x: size, y: group, top level, shift, z: layer, w: photo (render/gl/measures_shader.cc).
   places() {
     const texels = new Uint32Array(4 * this.photos.length);
-    this.photos.forEach(({ about, detail }, j) => {
+    this.photos.forEach(({about, detail}, j) => {
       const l = this.levelOf(j);
       if (l < 0) return;
-      const { group, layer } = detail[l], [w, h] = about.levels[l].size;
+      const {group, layer} = detail[l], [w, h] = about.levels[l].size;
       const top = Math.min(Math.floor(Math.log2(Math.max(w, h))), group.levels - 1);
       texels.set([w | (h << 16), group.index | (top << 8) | (about.levels[l].shift << 16), layer, j], 4 * j);
     });
     return texels;
   }
 
-  // The nearest first.
-  setOrder(order) { this.order = order; }
-
-  // What to load: small ones of the nearest, then sharp ones, then the rest.
-  next() {
-    const rank = new Map();
-    const small = (j) => this.photos[j].detail.length - 1;
-    const lacks = (j, l) => this.photos[j].detail[l].layer < 0 && !this.photos[j].detail[l].loading && !this.photos[j].about.failed;
-    const near = Math.min(this.order.length, 24);
-    for (let i = 0; i < near; ++i) if (lacks(this.order[i], small(this.order[i])) && this.levelOf(this.order[i]) < 0) return [this.order[i], small(this.order[i])];
-    for (const level of [0]) {
-      const used = new Map();
-      for (const j of this.order) {
-        const group = this.photos[j].detail[level].group, n = used.get(group) ?? 0;
-        if (n >= group.layers) continue;
-        used.set(group, n + 1);
-        rank.set(j, n);
-        if (lacks(j, level)) return [j, level];
-      }
-    }
-    for (const j of this.order) if (this.levelOf(j) < 0 && lacks(j, small(j)) && this.freeLayer(j, small(j)) >= 0) return [j, small(j)];
-    return null;
+  // The nearest first. `rank`: each photo's place in it.
+  setOrder(order) {
+    this.order = order;
+    this.rank = new Int32Array(order.length);
+    order.forEach((photo, i) => {
+      this.rank[photo] = i;
+    });
   }
-  // A layer of nobody, or of who is farthest from the view, if that is farther than this one.
+  lacks(j, l) {
+    const {about, detail} = this.photos[j];
+    return detail[l].layer < 0 && !detail[l].loading && !about.failed;
+  }
+
+  // What to load, as [photo, level]: small ones of the nearest, then sharp ones of as many as there are layers for,
+  // then small ones of the rest. null: nothing is left.
+  next() {
+    const small = (j) => this.photos[j].detail.length - 1;
+    const blank = (j) => this.levelOf(j) < 0 && this.lacks(j, small(j));
+    const first = this.order.slice(0, kNearest).find(blank);
+    if (first !== undefined) return [first, small(first)];
+    const used = new Map();
+    for (const j of this.order) {
+      const {group} = this.photos[j].detail[0], n = used.get(group) ?? 0;
+      if (n >= group.layers) continue;
+      used.set(group, n + 1);
+      if (this.lacks(j, 0)) return [j, 0];
+    }
+    // Those without a small one have had their turn.
+    const rest = this.order.find((j) => small(j) > 0 && blank(j) && this.freeLayer(j, small(j)) >= 0);
+    return rest === undefined ? null : [rest, small(rest)];
+  }
+  // A layer of nobody, or of who is farthest from the view, if that is farther than this one; -1: none.
   freeLayer(j, l) {
-    const { group } = this.photos[j].detail[l];
+    const {group} = this.photos[j].detail[l];
     const free = group.owner.indexOf(-1);
     if (free >= 0) return free;
-    const rank = new Int32Array(this.photos.length);
-    this.order.forEach((photo, i) => { rank[photo] = i; });
     let farthest = j, layer = -1;
     group.owner.forEach((photo, i) => {
-      if (photo !== j && !this.photos[photo].detail[l].loading && rank[photo] > rank[farthest]) { farthest = photo; layer = i; }
+      if (photo === j || this.photos[photo].detail[l].loading || this.rank[photo] <= this.rank[farthest]) return;
+      farthest = photo;
+      layer = i;
     });
     return layer;
   }
@@ -202,7 +230,7 @@ class Photos {
     }
   }
   async load(j, l) {
-    const { about, detail } = this.photos[j], of = detail[l];
+    const {about, detail} = this.photos[j], of = detail[l];
     of.loading = true;
     ++this.onTheirWay;
     try {

@@ -1,13 +1,15 @@
-// The picture of one view: the proxy's depth, the photos of each cell of the view (spread, sample, gather: the browser's
-// PlanCandidates), and the blend, whose text is the renderer's own (render/gl). Everything relative to the view's centre,
-// differences formed in double.
+// The picture of one view: the proxy's depth, the photos of each cell of the view (spread, sample, gather: the
+// browser's PlanCandidates), and the blend, whose text is the renderer's own (render/gl). Everything relative to the
+// view's centre, differences formed in double.
 
 const kSpare = 3;  // photos a sample lists beyond k (kSpareCandidates)
 
 class LumigraphRenderer {
   constructor(gl, manifest, photos, corners) {
-    Object.assign(this, { gl, manifest, photos });
-    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this browser's WebGL cannot draw floating-point numbers (EXT_color_buffer_float), which the renderer needs");
+    Object.assign(this, {gl, manifest, photos});
+    if (!gl.getExtension("EXT_color_buffer_float"))
+      throw new Error(
+          "this browser's WebGL cannot draw floating-point numbers (EXT_color_buffer_float), which the renderer needs");
     this.programs = new Map();
     this.count = manifest.photos.length;
     this.empty = gl.createVertexArray();
@@ -33,9 +35,9 @@ class LumigraphRenderer {
     manifest.photos.forEach((p, j) => colors.set([...p.color, 1], 4 * j));
     this.colors.set(colors);
     this.fields.set(new Float32Array([0]));
-    this.depth = new Target(gl, [gl.RGBA32F], { depth: true });
+    this.depth = new Target(gl, [gl.RGBA32F], {depth: true});
     this.spread = new Target(gl, [gl.RGBA8UI]);
-    this.picture = new Target(gl, [gl.RGBA8], { linear: true });
+    this.picture = new Target(gl, [gl.RGBA8], {linear: true});
     this.placesVersion = -1;
     this.noPhotos = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.noPhotos);
@@ -44,7 +46,9 @@ class LumigraphRenderer {
     this.seen = 0;
     this.cells = [0, 0];
   }
-  setFields(values) { this.fields.set(values); }
+  setFields(values) {
+    this.fields.set(values);
+  }
 
   // What is switched on. settings: the manifest's, with changes.
   defines(settings, show) {
@@ -59,8 +63,10 @@ class LumigraphRenderer {
     let stretch = false, photoTerms = false;
     for (const term of this.manifest.terms) {
       if (!s.terms[term.name]) continue;
-      if (term.define) out.push(term.define);
-      else photoTerms = true;
+      if (term.define)
+        out.push(term.define);
+      else
+        photoTerms = true;
       stretch ||= term.reads_stretch;
     }
     if (stretch) out.push(s.jacobian ? "STRETCH_BY_JACOBIAN" : "STRETCH_BY_DISTANCE");
@@ -81,10 +87,17 @@ class LumigraphRenderer {
     const core = s.cameras + s.measures + s.rays;
     const text = {
       depth: [head + page["depth.vert"], head + page["depth.frag"]],
-      spread: [s.version + page["screen.vert"], head + "const float kInfinity = 3.0e38;\n" + page["probes.glsl"] + page["spread.frag"]],
-      lattice: [s.version + page["screen.vert"], head + "#define LATTICE\n" + core + page["probes.glsl"] + page["sample.frag"]],
+      spread: [
+        s.version + page["screen.vert"],
+        head + "const float kInfinity = 3.0e38;\n" + page["probes.glsl"] + page["spread.frag"]
+      ],
+      lattice: [
+        s.version + page["screen.vert"], head + "#define LATTICE\n" + core + page["probes.glsl"] + page["sample.frag"]
+      ],
       between: [s.version + page["screen.vert"], head + core + page["probes.glsl"] + page["sample.frag"]],
-      gather: [s.version + page["screen.vert"], head + "#define GATHERED " + 4 * this.gatherLayers + "\n" + page["gather.frag"]],
+      gather: [
+        s.version + page["screen.vert"], head + "#define GATHERED " + 4 * this.gatherLayers + "\n" + page["gather.frag"]
+      ],
       blend: [s.version + page["screen.vert"], head + core + s.photos + s.blending],
       present: [s.version + page["screen.vert"], s.version + page["present.frag"]],
     }[kind];
@@ -94,7 +107,7 @@ class LumigraphRenderer {
   }
 
   drawScreen(target) {
-    const { gl } = this;
+    const {gl} = this;
     if (target) target.bind();
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(this.empty);
@@ -103,7 +116,8 @@ class LumigraphRenderer {
 
   // The proxy from a camera {m, centre, size} into the bound framebuffer.
   drawProxy(camera) {
-    const { gl } = this, program = this.program("depth", "#define NEAR_DEPTH " + this.manifest.near_depth.toExponential() + "\n");
+    const {gl} = this,
+          program = this.program("depth", "#define NEAR_DEPTH " + this.manifest.near_depth.toExponential() + "\n");
     const [w, h] = camera.size;
     const clip = times([2 / w, 0, -1, 0, 2 / h, -1, 0, 0, 1], camera.m);
     program.use();
@@ -121,13 +135,14 @@ class LumigraphRenderer {
 
   // Depth maps of what each photo sees of the proxy; `upTo` more of them. True: all are there.
   addVisibility(upTo) {
-    const { gl, manifest } = this;
+    const {gl, manifest} = this;
     if (!manifest.visibility || this.seen >= this.count) return true;
     const [w, h] = manifest.visibility.size, columns = manifest.shaders.map_columns;
     if (!this.sees) {
       this.sees = nearestTexture(gl, gl.TEXTURE_2D);
-      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R32F, w * Math.min(columns, this.count), h * Math.ceil(this.count / columns));
-      this.oneMap = new Target(gl, [gl.R32F], { depth: true });
+      gl.texStorage2D(
+          gl.TEXTURE_2D, 1, gl.R32F, w * Math.min(columns, this.count), h * Math.ceil(this.count / columns));
+      this.oneMap = new Target(gl, [gl.R32F], {depth: true});
       this.oneMap.resize(w, h);
     }
     for (let n = 0; n < upTo && this.seen < this.count; ++n, ++this.seen) {
@@ -135,10 +150,11 @@ class LumigraphRenderer {
       this.oneMap.bind();
       gl.clearBufferfv(gl.COLOR, 0, [3e38, 0, 0, 0]);
       gl.clearBufferfv(gl.DEPTH, 0, [0]);
-      this.drawProxy({ m: p.m, centre: p.centre, size: p.size });
+      this.drawProxy({m: p.m, centre: p.centre, size: p.size});
       gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(gl.TEXTURE_2D, this.sees);
-      gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, (this.seen % columns) * w, Math.floor(this.seen / columns) * h, 0, 0, w, h);
+      gl.copyTexSubImage2D(
+          gl.TEXTURE_2D, 0, (this.seen % columns) * w, Math.floor(this.seen / columns) * h, 0, 0, w, h);
     }
     return this.seen >= this.count;
   }
@@ -153,7 +169,12 @@ class LumigraphRenderer {
       rows[at + 1] = p.centre[1] - view.centre[1];
       rows[at + 2] = p.centre[2] - view.centre[2];
       rows[at + 3] = p.size[0];
-      rows.set([m[0], m[1], m[2], p.size[1], m[3], m[4], m[5], settings.feather * Math.min(...p.size), m[6], m[7], m[8], p.focal_px], at + 4);
+      rows.set(
+          [
+            m[0], m[1], m[2], p.size[1], m[3], m[4], m[5], settings.feather * Math.min(...p.size), m[6], m[7], m[8],
+            p.focal_px
+          ],
+          at + 4);
       if (this.rows > 4) rows.set([photoTerms(this.manifest, settings, p, view), gain / p.gain, 0, 0], at + 16);
     });
     this.cameras.set(rows);
@@ -165,16 +186,21 @@ class LumigraphRenderer {
 
   // Photos whose centres lie in a cell, up to four of each.
   setEpipoles(view) {
-    const { gl } = this, [columns, rows] = this.cells, [w, h] = view.size;
+    const {gl} = this, [columns, rows] = this.cells, [w, h] = view.size;
     const ids = new Uint16Array(4 * columns * rows);
     this.manifest.photos.forEach((p, j) => {
       if (this.photos.levelOf(j) < 0) return;
       let e = timesVector(view.m, sub(p.centre, view.centre));
       if (e[2] < 0) e = scaled(e, -1);
       if (!(e[2] > 0 && e[0] >= 0 && e[1] >= 0 && e[0] <= w * e[2] && e[1] <= h * e[2])) return;
-      const x = Math.min(columns - 1, Math.floor((e[0] / e[2] / w) * columns)), y = Math.min(rows - 1, Math.floor((e[1] / e[2] / h) * rows));
+      const x = Math.min(columns - 1, Math.floor((e[0] / e[2] / w) * columns)),
+            y = Math.min(rows - 1, Math.floor((e[1] / e[2] / h) * rows));
       const at = 4 * (y * columns + x);
-      for (let i = 0; i < 4; ++i) if (ids[at + i] === 0) { ids[at + i] = j + 1; break; }
+      for (let i = 0; i < 4; ++i)
+        if (ids[at + i] === 0) {
+          ids[at + i] = j + 1;
+          break;
+        }
     });
     if (!this.epipoles || this.epipoleCells !== columns + "x" + rows) {
       if (this.epipoles) gl.deleteTexture(this.epipoles);
@@ -188,7 +214,7 @@ class LumigraphRenderer {
   }
 
   setShared(program, view, settings) {
-    const { gl } = this;
+    const {gl} = this;
     program.use();
     program.matrix("ray_from_pixel", inverse(view.m));
     program.matrix("view_from_offset", view.m);
@@ -224,7 +250,7 @@ class LumigraphRenderer {
 
   // view: {m (pixels from directions, third row unit), centre, size, gain, time_s}. The picture lies in this.picture.
   render(view, settings, show) {
-    const { gl } = this, defines = this.defines(settings, show);
+    const {gl} = this, defines = this.defines(settings, show);
     this.addVisibility(Infinity);
     const [w, h] = view.size;
     this.depth.resize(w, h);
@@ -241,7 +267,7 @@ class LumigraphRenderer {
       for (const t of [this.lattice, this.between, this.gathered]) t?.free();
       this.lattice = new Target(gl, new Array(lists).fill(gl.RGBA16UI));
       this.between = new Target(gl, new Array(lists).fill(gl.RGBA16UI));
-      this.gathered = new Target(gl, new Array(this.gatherLayers).fill(gl.RGBA16UI), { layers: true });
+      this.gathered = new Target(gl, new Array(this.gatherLayers).fill(gl.RGBA16UI), {layers: true});
       this.listCount = lists;
     }
     this.setEpipoles(view);
@@ -278,7 +304,7 @@ class LumigraphRenderer {
 
   // On the canvas.
   present(width, height, ground, show) {
-    const { gl } = this, program = this.program("present", "");
+    const {gl} = this, program = this.program("present", "");
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, width, height);
     program.use();
@@ -292,14 +318,14 @@ class LumigraphRenderer {
 
   // RGBA, rows from the top, premultiplied.
   readPicture() {
-    const { gl } = this, [w, h] = this.picture.size, pixels = new Uint8Array(4 * w * h);
+    const {gl} = this, [w, h] = this.picture.size, pixels = new Uint8Array(4 * w * h);
     this.picture.bind();
     gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
     return pixels;
   }
   // Depth of the proxy at a pixel; 0: none.
   depthAt(x, y) {
-    const { gl } = this, texel = new Float32Array(4);
+    const {gl} = this, texel = new Float32Array(4);
     this.depth.bind();
     gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, texel);
     return texel[0];

@@ -15,12 +15,13 @@ const fillPanel = (manifest, state, actions) => {
     byId("k").append(option);
   }
   byId("k").value = String(state.settings.k);
-  byId("k").addEventListener("change", () => actions.set({ k: Number(byId("k").value) }));
+  byId("k").addEventListener("change", () => actions.set({k: Number(byId("k").value)}));
   byId("show").addEventListener("change", () => actions.show(byId("show").value));
   byId("mode").addEventListener("change", () => actions.mode(byId("mode").value));
   byId("cameras").addEventListener("change", () => actions.overlay(byId("cameras").checked));
   for (const effect of manifest.effects) {
-    const label = document.createElement("label"), box = document.createElement("input"), why = document.createElement("span");
+    const label = document.createElement("label"), box = document.createElement("input"),
+          why = document.createElement("span");
     box.type = "checkbox";
     box.checked = effect.on;
     // What the photos were corrected for when the page was made stays so.
@@ -32,7 +33,8 @@ const fillPanel = (manifest, state, actions) => {
     byId("effects").append(label);
   }
   manifest.photos.forEach((photo, j) => {
-    const item = document.createElement("li"), button = document.createElement("button"), swatch = document.createElement("span");
+    const item = document.createElement("li"), button = document.createElement("button"),
+          swatch = document.createElement("span");
     swatch.className = "swatch";
     swatch.style.background = "rgb(" + photo.color.map((c) => Math.round(255 * c)).join(",") + ")";
     button.append(swatch, photo.name);
@@ -48,13 +50,17 @@ const fillPanel = (manifest, state, actions) => {
     byId("time").addEventListener("input", () => actions.time(Number(byId("time").value)));
     byId("time-runs").addEventListener("change", () => actions.timeRuns(byId("time-runs").checked));
   }
-  for (const [id, action] of Object.entries({ play: actions.play, home: actions.home, link: actions.link, full: actions.full, more: actions.panel })) byId(id).addEventListener("click", action);
+  for (const [id, action] of Object.entries(
+           {play: actions.play, home: actions.home, link: actions.link, full: actions.full, more: actions.panel}))
+    byId(id).addEventListener("click", action);
 };
 
 const markPhoto = (j) => {
   [...byId("photos").querySelectorAll("button")].forEach((button, i) => {
-    if (i === j) button.setAttribute("aria-current", "true");
-    else button.removeAttribute("aria-current");
+    if (i === j)
+      button.setAttribute("aria-current", "true");
+    else
+      button.removeAttribute("aria-current");
   });
 };
 
@@ -70,7 +76,8 @@ const drawCameras = (canvas, manifest, view, depthScale) => {
   context.lineWidth = Math.max(1, canvas.width / 1200);
   for (const photo of manifest.photos) {
     const rays = inverse(photo.m), [w, h] = photo.size;
-    const corners = [[0, 0], [w, 0], [w, h], [0, h]].map((c) => onto(add(photo.centre, scaled(timesVector(rays, [...c, 1]), depthScale))));
+    const corners = [[0, 0], [w, 0], [w, h], [0, h]].map(
+        (c) => onto(add(photo.centre, scaled(timesVector(rays, [...c, 1]), depthScale))));
     const apex = onto(photo.centre);
     if (!apex || corners.some((c) => !c)) continue;
     context.strokeStyle = "rgb(" + photo.color.map((c) => Math.round(255 * c)).join(",") + ")";

@@ -126,8 +126,9 @@ TEST_F(MainJob, RendersHeldOutPhotosBetterThanTheNearestPhoto) {
 TEST_F(MainJob, LeavesAReportAVideoAndAContactSheet) {
   EXPECT_EQ(first_["scene"], ScenePath().string());
   const std::string html = ReadText(first_["report"].get<std::string>());
-  for (const char* part : {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view"})
+  for (const char* part : {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view", "href=\"web.html\""})
     EXPECT_THAT(html, HasSubstr(part));
+  EXPECT_THAT(ReadText(first_["web"].get<std::string>()), HasSubstr("part-manifest"));
   const json report = json::parse(ReadText(ScenePath() / "report.json"));
   EXPECT_GE(report["stages"].size(), 4U);
   EXPECT_FALSE(ReadImage8(first_["contact_sheet"].get<std::string>()).empty());

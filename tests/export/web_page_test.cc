@@ -133,6 +133,7 @@ TEST(WebPage, ShowsWhatTheRendererShows) {
 TEST(WebPage, AsksForNothingBesideItself) {
   SKIP_WITHOUT_BROWSER();
   const Chromium& browser = AtDesk();
+  EXPECT_FALSE(browser.requests().empty());
   for (const std::string& url : browser.requests())
     EXPECT_TRUE(url == "file://" + Desk().page().string() || url.starts_with("data:") || url.starts_with("blob:"))
         << url;
@@ -234,6 +235,7 @@ TEST(WebPage, StreamsFromAFolder) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const StaticServer server(folder);
   Chromium& browser = At(server.Url("index.html"));
+  EXPECT_GT(browser.requests().size(), static_cast<std::size_t>(kPhotos));
   for (const std::string& url : browser.requests()) EXPECT_TRUE(url.starts_with(server.Url(""))) << url;
   EXPECT_EQ(browser.Evaluate("lumigraph.photos.loadedCount").get<int>(), kPhotos);
   EXPECT_THAT(browser.errors(), IsEmpty());
@@ -288,6 +290,9 @@ TEST(WebPage, RefusalsSayWhatToDo) {
     EXPECT_THAT(run.err, testing::HasSubstr(words));
   };
   refused({scene}, 2, "-o FILE.html");
+  const fs::path letter = Desk().capture() / "letter.html";
+  std::ofstream(letter) << "<p>dear";
+  refused({scene, "-o", letter.string()}, 2, "no page of ours");
   refused({scene, "-o", (Desk().capture() / "x.html").string(), "--max-mb", "0.3"}, 1, "--max-mb");
   refused({scene, "-o", (Desk().capture() / "x.html").string(), "--proxy", "per-view"}, 2, "lumi-proxy auto");
   refused({(Desk().capture() / "nothing").string(), "-o", (Desk().capture() / "x.html").string()}, 2, "nothing");
