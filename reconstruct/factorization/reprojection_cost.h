@@ -1,5 +1,6 @@
 // Pixels between a sight and P X, by all numbers of P and X, for Ceres: X homogeneous of N numbers, P of shape (3, N),
-// row after row. Points in space have four (cameras), directions three (homographies). Fails on the principal plane.
+// row after row. Directions have three (homographies), points in space four (beside which tests hold our own
+// adjustment). Fails on the principal plane.
 #pragma once
 
 #include <ceres/sized_cost_function.h>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <future>
 
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
@@ -191,11 +192,14 @@ void RenderPath(RenderJob& job) {
   Progress progress(job.sink, "rendering frames", static_cast<long>(views.size()));
   std::vector<double> times;
   double seen = 0, window = 0, wider = 0;
+  // A picture is coded while the next one is drawn.
+  std::future<void> coded;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
+      if (coded.valid()) coded.get();
       if (video) video->Add(i, FrameOnDisk(file, job.Fills()));
       progress.Step();
       continue;
@@ -210,10 +214,14 @@ void RenderPath(RenderJob& job) {
     const RenderStatistics statistics = job.renderer->Statistics();
     window += statistics.window_coverage;
     wider += statistics.wider_coverage;
-    if (!o.to_video()) job.Write(stem, image);
-    if (video) video->Add(i, ToRgb8(image));
+    if (coded.valid()) coded.get();
+    coded = std::async(std::launch::async, [&, i, stem, image = std::move(image)] {
+      if (!o.to_video()) job.Write(stem, image);
+      if (video) video->Add(i, ToRgb8(image));
+    });
     progress.Step();
   }
+  if (coded.valid()) coded.get();
   if (video) {
     video->Finish();
     figures.video = video_file.generic_string();

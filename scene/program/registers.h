@@ -25,13 +25,14 @@
 
 namespace lumi {
 
-// The three hold the same bytes. (Not one template: the attribute takes no size that depends on one.)
+// They hold the same bytes. (Not one template: the attribute takes no size that depends on one.)
 template <int kBytes>
 struct Register;
 #define LUMI_REGISTER(kBytes)                                         \
   template <>                                                         \
   struct Register<kBytes> {                                           \
     using Floats = float __attribute__((vector_size(kBytes)));        \
+    using Doubles = double __attribute__((vector_size(kBytes)));      \
     using Ints = std::int32_t __attribute__((vector_size(kBytes)));   \
     using Pairs = std::uint64_t __attribute__((vector_size(kBytes))); \
     static constexpr int kNumbers = kBytes / 4;                       \
@@ -42,14 +43,14 @@ LUMI_REGISTER(16)
 #undef LUMI_REGISTER
 
 // From and to any address.
-template <class V>
-LUMI_INLINE V LoadRegister(const float* from) {
+template <class V, class T>
+LUMI_INLINE V LoadRegister(const T* from) {
   V v;
   std::memcpy(&v, from, sizeof(V));
   return v;
 }
-template <class V>
-LUMI_INLINE void StoreRegister(V v, float* to) {
+template <class V, class T>
+LUMI_INLINE void StoreRegister(V v, T* to) {
   std::memcpy(to, &v, sizeof(V));
 }
 
