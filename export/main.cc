@@ -18,6 +18,11 @@ int main(int argc, char** argv) {
   command.Add("--max-mb", web.max_mb, "Most megabytes of what is written, > 0").Default();
   command.Add("--width", web.width_px, "Photos at most so wide, pixels; default: as is best for the megabytes")
       .Range(1, 20000);
+  command
+      .Add("--memory-mb", web.memory_mb,
+           "Most megabytes of the graphics processor's memory that the page takes; 0: by the device, at most 1024")
+      .Default()
+      .Range(0, 65536);
   command.Add("--as-scene", web.as_scene,
               "Also write what the page holds (reduced photos, rounded proxy) as a scene, for lumi-render");
   command.Flag("--tradeoff", web.tradeoff, "Instead of a page: megabytes against the error of held-out photos");

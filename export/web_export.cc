@@ -136,7 +136,7 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   const double for_photos = (max_bytes - rest) / (one_file ? 1 : 1.12);
   const ReducedPhotos reduced = ReduceFor(lumigraph, for_photos, o.width_px, bytes_a_byte, summary.tried, sink);
   for (PhotoReduction& r : summary.tried) r.mb += rest / 1e6;
-  const WebPage page = MakeWebPage(lumigraph, reduced, mesh, path, !one_file);
+  const WebPage page = MakeWebPage(lumigraph, reduced, mesh, path, {.previews = !one_file, .memory_mb = o.memory_mb});
   const double bytes = one_file ? WriteOneFile(page, o.output) : WriteWebFolder(page, o.output);
   if (!o.as_scene.empty()) WriteAsScene(reduced, mesh, summary.proxy, o.as_scene);
   summary.output = o.output.string();

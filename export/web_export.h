@@ -18,6 +18,7 @@ struct WebOptions {
   std::string proxy;               // by name; empty: the active one
   std::string effects = "auto";    // as lumi-render --effects
   double max_mb = 32;              // of everything that is written, > 0, megabytes of 10^6 bytes
+  double memory_mb = 0;            // of the graphics processor that the page takes; 0: by the device, at most 1024
   int width_px = 0;                // of the photos, at most; 0: as is best for the megabytes
   std::filesystem::path as_scene;  // the data that the page holds as a scene, too, for lumi-render; empty: not
   bool tradeoff = false;           // instead of a page: megabytes against held-out error

@@ -209,7 +209,7 @@ std::string Inert(std::string text) {
 }  // namespace
 
 WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, const QuantisedMesh& mesh,
-                    const CameraPath& path, bool previews) {
+                    const CameraPath& path, const WebPageOptions& options) {
   const RadianceSettings& settings = lumigraph.settings();
   const Scene& scene = reduced.scene;
   const Sources sources = MakeSources(scene);
@@ -220,11 +220,12 @@ WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, co
             {"up", Numbers(scene.normalized_from_world.rotation * scene.up)},
             {"typical_depth", TypicalDepth(lumigraph.scene())},
             {"near_depth", kNearDepth},
-            {"photos", Photos(reduced, sources, previews, page.parts)},
+            {"photos", Photos(reduced, sources, options.previews, page.parts)},
             {"settings", Settings(settings)},
             {"terms", Terms(settings, fields)},
             {"shaders", Shaders()},
             {"reduced", Reduced(reduced.reduction)}};
+  if (options.memory_mb > 0) j["memory_mb"] = options.memory_mb;
   j["near"] = kNearest * j["typical_depth"].get<double>();
   j["proxy"] = {{"name", lumigraph.proxy_name()},  {"vertices", mesh.mesh.vertices.size()},
                 {"faces", mesh.mesh.faces.size()}, {"bytes", mesh.bytes_a_coordinate},

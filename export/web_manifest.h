@@ -21,8 +21,13 @@ struct WebPage {
   std::vector<WebPart> parts;
 };
 
-// previews: each photo in a quarter of its sides, too, for pages that stream. `mesh`: in the normalised frame.
+struct WebPageOptions {
+  bool previews = false;  // each photo in a quarter of its sides, too, for pages that stream
+  double memory_mb = 0;   // of the graphics processor; 0: the page decides
+};
+
+// `mesh`: in the normalised frame.
 WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, const QuantisedMesh& mesh,
-                    const CameraPath& path, bool previews);
+                    const CameraPath& path, const WebPageOptions& options);
 
 }  // namespace lumi

@@ -1,4 +1,6 @@
 // From the manifest to a picture, and a picture for each movement.
+const kLeastForPhotos = 0.25;  // of the memory, whatever else needs it
+
 const start = async () => {
   const canvas = byId("view");
   const manifest = await readManifest();
@@ -14,8 +16,9 @@ const start = async () => {
   const home = PersonCamera.poseOf(
       manifest.photos.reduce((a, b) => (norm(sub(a.centre, middle)) <= norm(sub(b.centre, middle)) ? a : b)));
   const query = new URLSearchParams(location.search);
-  const memoryMb =
-      Number(query.get("memory-mb")) || (navigator.deviceMemory ? Math.min(1024, navigator.deviceMemory * 128) : 512);
+  // Of the graphics processor, for all that stays there.
+  const memoryMb = Number(query.get("memory-mb")) || manifest.memory_mb ||
+      (navigator.deviceMemory ? Math.min(1024, navigator.deviceMemory * 128) : 512);
   const camera = new PersonCamera(manifest);
   const state = {
     settings: JSON.parse(JSON.stringify(manifest.settings)),
@@ -35,10 +38,13 @@ const start = async () => {
     state.sharp = false;
     state.moved = performance.now();
   };
-  const photos = new Photos(gl, manifest, memoryMb * 1e6, () => {
-    state.dirty = true;
-    showLoading();
-  });
+  const corners = readMesh(await readPart("proxy.bin"), manifest.proxy);
+  const besidePhotos = LumigraphRenderer.bytesFor(manifest, corners);
+  const photos =
+      new Photos(gl, manifest, Math.max(kLeastForPhotos * memoryMb * 1e6, memoryMb * 1e6 - besidePhotos), () => {
+        state.dirty = true;
+        showLoading();
+      });
   const showLoading = () => {
     const n = photos.loadedCount, all = manifest.photos.length, done = photos.finished;
     byId("loading").firstElementChild.style.width = (100 * n) / all + "%";
@@ -199,7 +205,6 @@ const start = async () => {
     renderer = new LumigraphRenderer(gl, manifest, photos, corners);
     if (manifest.fields) renderer.setFields(new Float32Array((await readPart("fields.bin")).buffer));
   };
-  const corners = readMesh(await readPart("proxy.bin"), manifest.proxy);
   await makeRenderer();
   canvas.addEventListener("webglcontextlost", (e) => {
     e.preventDefault();
@@ -267,7 +272,10 @@ const start = async () => {
       [overlay.width, overlay.height] = state.overlay ? size.canvas : [1, 1];
       if (state.overlay) drawCameras(overlay, manifest, view, 0.12 * manifest.typical_depth);
     }
-    if (firstPicture === null && photos.loadedCount > 0) firstPicture = performance.now() - begun;
+    if (firstPicture === null && photos.hasNearest(state.settings.k)) {
+      gl.finish();
+      firstPicture = {ms: performance.now() - begun, bytes: bytesLoaded};
+    }
     const ms = performance.now() - now;
     frames.push(ms);
     if (frames.length > 240) frames.shift();
@@ -284,17 +292,26 @@ const start = async () => {
     actions,
     photos,
     renderer,
-    get firstPictureMs() {
+    // When the k nearest photos, small ones as they may be, were first drawn: ms since the page began, bytes loaded.
+    get firstPicture() {
       return firstPicture;
     },
     get bytesLoaded() {
       return bytesLoaded;
     },
-    get textureBytes() {
-      return photos.bytes;
+    // On the graphics processor: photos, what they see of the proxy, the proxy.
+    get graphicsBytes() {
+      return photos.bytes + besidePhotos;
     },
+    memoryMb,
     frames,
     poseText: () => poseText(camera.pose),
+    // Of the fly-through, share 0 to 1.
+    viewAlong(share, w, h) {
+      const other = new PersonCamera(manifest);
+      other.setPose(alongPath(manifest.path, share));
+      return other.view(w, h);
+    },
     // A picture of exactly this view, after the photos on their way have come: RGBA rows from the top.
     async picture(view, change = {}) {
       photos.setOrder(orderFor(view));

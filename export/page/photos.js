@@ -160,6 +160,10 @@ class Photos {
   get loadedCount() {
     return this.photos.reduce((n, _, j) => n + (this.levelOf(j) >= 0), 0);
   }
+  // Whether the n nearest are there, each as sharp or small as it may be.
+  hasNearest(n) {
+    return this.order.slice(0, n).every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed);
+  }
   get finished() {
     return this.onTheirWay === 0 && this.next() === null;
   }

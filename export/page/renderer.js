@@ -133,6 +133,12 @@ class LumigraphRenderer {
     gl.disable(gl.DEPTH_TEST);
   }
 
+  // What stays on the graphics processor beside photos: the proxy, and what each photo sees of it.
+  static bytesFor(manifest, corners) {
+    const [w, h] = manifest.visibility ? manifest.visibility.size : [0, 0];
+    return corners.byteLength + 4 * w * h * manifest.photos.length;
+  }
+
   // Depth maps of what each photo sees of the proxy; `upTo` more of them. True: all are there.
   addVisibility(upTo) {
     const {gl, manifest} = this;

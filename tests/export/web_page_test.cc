@@ -5,12 +5,11 @@
 #include <cmath>
 #include <fstream>
 
-#include "render/lumigraph/lumigraph.h"
-#include "render/path/camera_path.h"
 #include "scene/files/scene_folder.h"
 #include "tests/support/chromium.h"
 #include "tests/support/simulated_capture.h"
 #include "tests/support/static_server.h"
+#include "tests/support/web_page.h"
 
 namespace lumi {
 namespace {
@@ -60,72 +59,18 @@ Chromium& AtDesk() { return At("file://" + Desk().page().string()); }
 #define SKIP_WITHOUT_BROWSER() \
   if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
 
-json ViewForPage(const RenderView& normalized) {
-  Eigen::Matrix3d m = normalized.P.leftCols<3>();
-  m /= m.row(2).norm();
-  json rows = json::array();
-  for (int i = 0; i < 9; ++i) rows.push_back(m(i / 3, i % 3));
-  return {{"m", rows},
-          {"centre", {normalized.centre.x(), normalized.centre.y(), normalized.centre.z()}},
-          {"size", {normalized.size_px.x(), normalized.size_px.y()}}};
-}
-
-// PSNR between the page's picture and the renderer's, over pixels that both cover; the share of pixels that one covers
-// and the other does not in `differ`.
-double Compare(Chromium& browser, const Lumigraph& lumigraph, Renderer& renderer, const RenderView& view,
-               double& differ) {
-  RenderRequest request;
-  request.view = view;
-  request.settings = lumigraph.At(view);
-  const ImageF ours = renderer.Render(request);
-  const json wanted = ViewForPage(Normalized(view, lumigraph.scene().normalized_from_world));
-  const std::string theirs = FromBase64(browser.Evaluate("lumigraph.pictureText(" + wanted.dump() + ")"));
-  EXPECT_EQ(theirs.size(), static_cast<std::size_t>(4 * ours.width * ours.height));
-  double squares = 0, n = 0, odd = 0;
-  for (int y = 0; y < ours.height; ++y)
-    for (int x = 0; x < ours.width; ++x) {
-      const auto at = static_cast<std::size_t>(4 * (y * ours.width + x));
-      const auto value = [&](std::size_t c) { return static_cast<double>(static_cast<unsigned char>(theirs[at + c])); };
-      const double alpha = ours.At(x, y, 3);
-      odd += (alpha > 0.5) != (value(3) > 127);
-      if (alpha < 0.5 || value(3) < 128) continue;
-      for (int c = 0; c < 3; ++c) {
-        const double d = 255 * static_cast<double>(ours.At(x, y, c)) - value(static_cast<std::size_t>(c));
-        squares += d * d;
-        ++n;
-      }
-    }
-  differ = odd / (ours.width * ours.height);
-  return 10 * std::log10(255 * 255 * n / std::max(squares, 1e-9));
-}
-
 TEST(WebPage, ShowsWhatTheRendererShows) {
   SKIP_WITHOUT_BROWSER();
   Chromium& browser = AtDesk();
-  ProgressSink& sink = SilentProgress();
-  LumigraphOptions options;
-  options.scene = Desk().scene();
-  std::string effects;
-  for (const json& effect : browser.Evaluate("lumigraph.manifest.effects"))
-    if (effect["on"] == true) effects += (effects.empty() ? "" : ",") + effect["name"].get<std::string>();
-  options.effects = effects.empty() ? "none" : effects;
-  Lumigraph lumigraph(options, sink);
-  lumigraph.MakePictures("", false);
-  lumigraph.ReadPhotos(sink);
-  const auto renderer = lumigraph.NewRenderer(MakeCpuRenderer);
-  const Scene& scene = lumigraph.scene();
+  SceneBeside beside(Desk().scene(), browser.Evaluate("lumigraph.manifest"));
+  std::vector<RenderView> views = PhotosViews(beside.scene(), kPhotos);
+  for (RenderView& view : ViewsBetween(beside.scene(), 5, {320, 240})) views.push_back(view);
   constexpr double kEdge = 0.005;  // of the pixels: at silhouettes a rasteriser and a tracer may disagree
-  for (const View& view : scene.views) {
-    double differ = 0;
-    EXPECT_GE(Compare(browser, lumigraph, *renderer, MakeRenderView(scene, view), differ), kSamePictureDb) << view.name;
-    EXPECT_LE(differ, kEdge) << view.name;
-  }
-  const CameraPath path = PathThroughPhotos(scene, 1, 30);
-  for (int i = 0; i < 5; ++i) {
-    const RenderView between = MakeRenderView(PoseOnPath(path, Duration(path) * (i + 0.5) / 5), 320, 240);
-    double differ = 0;
-    EXPECT_GE(Compare(browser, lumigraph, *renderer, between, differ), kSamePictureDb) << "view between, " << i;
-    EXPECT_LE(differ, kEdge) << "view between, " << i;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const json wanted = ViewForPage(views[i], beside.scene().normalized_from_world);
+    const Agreement agreement = Compare(beside.Render(views[i]), PagePicture(browser, wanted));
+    EXPECT_GE(agreement.psnr_db, kSamePictureDb) << i;
+    EXPECT_LE(agreement.differ, kEdge) << i;
   }
   EXPECT_THAT(browser.errors(), IsEmpty());
 }

@@ -10,6 +10,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -168,6 +170,31 @@ bool Chromium::WaitFor(const std::string& expression, double seconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   return false;
+}
+
+double Chromium::MemoryMb() const {
+  std::map<int, std::vector<int>> children;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    std::ifstream in(entry.path() / "stat");
+    std::string stat;
+    if (!std::getline(in, stat)) continue;
+    std::istringstream after(stat.substr(stat.rfind(')') + 1));  // names may hold anything
+    std::string state;
+    int parent = 0;
+    after >> state >> parent;
+    children[parent].push_back(std::atoi(entry.path().filename().c_str()));
+  }
+  double kb = 0;
+  std::vector<int> open{pid_};
+  while (!open.empty()) {
+    const int pid = open.back();
+    open.pop_back();
+    for (const int child : children[pid]) open.push_back(child);
+    std::ifstream in("/proc/" + std::to_string(pid) + "/smaps_rollup");
+    for (std::string line; std::getline(in, line);)
+      if (line.starts_with("Pss:")) kb += std::atof(line.c_str() + 4);
+  }
+  return kb * 1024 / 1e6;
 }
 
 void Chromium::Screenshot(const fs::path& png) {

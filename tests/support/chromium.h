@@ -30,6 +30,9 @@ class Chromium {
   bool WaitFor(const std::string& expression, double seconds = 60);
   void Screenshot(const std::filesystem::path& png);
 
+  // Of all its processes: what they have in memory, shared pages divided among them.
+  double MemoryMb() const;
+
   // Addresses that pages asked for since Open, and what they wrote on the console as an error, or threw.
   const std::vector<std::string>& requests() const { return requests_; }
   const std::vector<std::string>& errors() const { return errors_; }
