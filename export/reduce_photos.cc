@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "export/plain_jpeg.h"
 #include "render/cpu/pixels.h"
 #include "render/picture/convert.h"
+#include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/error.h"
@@ -22,7 +25,11 @@ constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
-constexpr int kQualities[] = {92, 85, 75, 60, 45};
+constexpr int kBestCoded = 92;
+constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 85, 75, 60, 45};
+// Mean difference of code values between two decoders of one JPEG; more, and a photo was turned, corrected, or brought
+// to sRGB when it was read.
+constexpr double kSameCodes = 1;
 // Of a coarser JPEG, or a smaller photo, nothing is expected that fewer photos do not do better.
 constexpr int kMostEvery = 4;
 // How many of the reductions that fit are rendered: those with the most bytes.
@@ -42,6 +49,26 @@ std::vector<int> Kept(const Scene& scene, int every) {
   return kept;
 }
 
+// The file as it is, where it is a JPEG whose pixels are the photo's.
+std::optional<std::string> OwnJpeg(const Scene& scene, int view, const Image8& photo) {
+  const std::optional<std::string> plain =
+      PlainJpeg(ReadText(scene.ImagePath(scene.views[static_cast<std::size_t>(view)])));
+  if (!plain) return std::nullopt;
+  const Image8 decoded = DecodeJpeg(*plain);
+  if (decoded.width != photo.width || decoded.height != photo.height) return std::nullopt;
+  double sum = 0;
+  for (std::size_t i = 0; i < decoded.data.size(); ++i) sum += std::abs(decoded.data[i] - photo.data[i]);
+  if (sum > kSameCodes * static_cast<double>(decoded.data.size())) return std::nullopt;
+  return plain;
+}
+
+std::string JpegOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& size, int quality) {
+  const Image8& photo = Pixels(lumigraph, view);
+  if (quality == kAsTheyAre && size == Eigen::Vector2i(photo.width, photo.height))
+    if (std::optional<std::string> own = OwnJpeg(lumigraph.scene(), view, photo)) return std::move(*own);
+  return EncodeJpeg(Resize(photo, size.x(), size.y()), quality == kAsTheyAre ? kBestCoded : quality);
+}
+
 // Of all photos that a reduction keeps, by those of some.
 double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   const std::vector<int> kept = Kept(lumigraph.scene(), r.every);
@@ -50,7 +77,7 @@ double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   for (std::size_t i = step / 2; i < kept.size(); i += step, ++n) {
     const Image8& photo = Pixels(lumigraph, kept[i]);
     const Eigen::Vector2i size = Scaled({photo.width, photo.height}, r.scale);
-    bytes += static_cast<double>(EncodeJpeg(Resize(photo, size.x(), size.y()), r.quality).size());
+    bytes += static_cast<double>(JpegOf(lumigraph, kept[i], size, r.quality).size());
   }
   return bytes / n * static_cast<double>(kept.size());
 }
@@ -129,9 +156,8 @@ ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction
   Progress progress(sink, "encoding photos", static_cast<long>(reduced.view.size()));
   ParallelFor(reduced.view.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Image8& photo = Pixels(lumigraph, reduced.view[i]);
       const Eigen::Vector2i size = SizePx(reduced.scene, reduced.scene.views[i]);
-      reduced.photos[i] = {EncodeJpeg(Resize(photo, size.x(), size.y()), reduction.quality), size};
+      reduced.photos[i] = {JpegOf(lumigraph, reduced.view[i], size, reduction.quality), size};
       progress.Step();
     }
   });
@@ -149,6 +175,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
       if (max_width_px > 0) scale = std::min(scale, static_cast<double>(max_width_px) / widest);
       // The best quality that fits; nothing is gained by more of it than the first.
       for (const int quality : kQualities) {
+        if (quality == kAsTheyAre && scale < 1) continue;
         PhotoReduction r{every, scale, quality};
         const double bytes = BytesOf(lumigraph, r) * bytes_a_byte;
         if (bytes > max_bytes) continue;
@@ -157,11 +184,11 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
         break;
       }
       if (!fitting.empty() && fitting.back().every == every && fitting.back().scale == scale &&
-          fitting.back().quality == kQualities[0])
+          fitting.back().quality >= kBestCoded)
         break;  // smaller ones of the same photos only lose
     }
     if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= 1 - 1e-9 &&
-        fitting.back().quality == kQualities[0])
+        fitting.back().quality >= kBestCoded)
       break;  // all of them fit as they are
   }
   if (fitting.empty())

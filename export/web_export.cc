@@ -73,12 +73,15 @@ void ListKeys(JsonKeys& j, WebSummary& s) {
 std::string Describe(const WebSummary& s) {
   std::string text;
   if (!s.output.empty())
-    text = fmt::format("{}: {:.1f} MB, {} of {} photos at {:.0f} % of their width, JPEG quality {}, {} faces\n",
-                       s.output, s.mb, s.photos, s.photos_of_scene, 100 * s.chosen.scale, s.chosen.quality, s.faces);
+    text = fmt::format(
+        "{}: {:.1f} MB, {} of {} photos at {:.0f} % of their width, {}, {} faces\n", s.output, s.mb, s.photos,
+        s.photos_of_scene, 100 * s.chosen.scale,
+        s.chosen.quality == kAsTheyAre ? "as they are" : fmt::format("JPEG quality {}", s.chosen.quality), s.faces);
   text += "  MB      held out (seen pixels)  photos        width  quality\n";
   for (const PhotoReduction& r : s.tried)
-    text += fmt::format("{:6.1f}  {:12.2f} dB         {:12}  {:5.0f} %  {:5}\n", r.mb, r.psnr_db,
-                        r.every == 1 ? "all" : fmt::format("one of {}", r.every), 100 * r.scale, r.quality);
+    text += fmt::format("{:6.1f}  {:12.2f} dB         {:12}  {:5.0f} %  {:>5}\n", r.mb, r.psnr_db,
+                        r.every == 1 ? "all" : fmt::format("one of {}", r.every), 100 * r.scale,
+                        r.quality == kAsTheyAre ? "as is" : fmt::format("{}", r.quality));
   return text;
 }
 

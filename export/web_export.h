@@ -24,11 +24,14 @@ struct WebOptions {
   bool tradeoff = false;           // instead of a page: megabytes against held-out error
 };
 
+// The photos' own files, where they are JPEGs; the finest coding else.
+inline constexpr int kAsTheyAre = 100;
+
 // One way to make photos smaller.
 struct PhotoReduction {
   int every = 1;       // 1: all photos; 2: every second one ...
   double scale = 1;    // of a photo's sides
-  int quality = 90;    // of JPEG
+  int quality = 90;    // of JPEG; kAsTheyAre
   double mb = 0;       // of the page with them
   double psnr_db = 0;  // held-out photos, over the pixels that are seen; 0: not measured
 };

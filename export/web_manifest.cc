@@ -191,7 +191,7 @@ std::string Reduced(const PhotoReduction& r) {
   std::string text;
   if (r.every > 1) text += fmt::format("one photo of {}, ", r.every);
   if (r.scale < 1) text += fmt::format("photos at {:.0f} % of their width, ", 100 * r.scale);
-  return text + fmt::format("JPEG quality {}", r.quality);
+  return text + (r.quality == kAsTheyAre ? "photos as they are" : fmt::format("JPEG quality {}", r.quality));
 }
 
 // Of text inside a <script>: what could end it.

@@ -1,0 +1,56 @@
+#include "export/plain_jpeg.h"
+
+#include <cstddef>
+
+namespace lumi {
+namespace {
+
+// ITU-T T.81, table B.1.
+constexpr unsigned kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kFirstRestart = 0xD0, kLastRestart = 0xD7;
+constexpr unsigned kJfif = 0xE0, kAdobe = 0xEE, kFirstApp = 0xE0, kLastApp = 0xEF, kComment = 0xFE;
+
+// Adobe's says how colours are coded.
+bool Matters(unsigned marker) {
+  if (marker == kJfif || marker == kAdobe) return true;
+  return marker != kComment && (marker < kFirstApp || marker > kLastApp);
+}
+
+}  // namespace
+
+std::optional<std::string> PlainJpeg(const std::string& file) {
+  const auto byte = [&](std::size_t at) { return static_cast<unsigned>(static_cast<unsigned char>(file[at])); };
+  const std::size_t size = file.size();
+  if (size < 4 || byte(0) != 0xFF || byte(1) != kStart) return std::nullopt;
+  std::string plain = file.substr(0, 2);
+  bool scanned = false;
+  for (std::size_t at = 2; at + 1 < size;) {
+    if (byte(at) != 0xFF) return std::nullopt;
+    const unsigned marker = byte(at + 1);
+    if (marker == 0xFF) {  // fill
+      ++at;
+      continue;
+    }
+    if (marker == kEnd) {
+      if (!scanned) return std::nullopt;
+      return plain + file.substr(at, 2);
+    }
+    if (at + 3 >= size) return std::nullopt;
+    const std::size_t length = byte(at + 2) << 8 | byte(at + 3);
+    if (length < 2 || at + 2 + length > size) return std::nullopt;
+    if (Matters(marker)) plain += file.substr(at, 2 + length);
+    at += 2 + length;
+    if (marker != kScan) continue;
+    // Coded numbers, up to the next marker that is none of theirs.
+    scanned = true;
+    const std::size_t begin = at;
+    while (at + 1 < size) {
+      const unsigned next = byte(at + 1);
+      if (byte(at) == 0xFF && next != 0 && next != 0xFF && !(next >= kFirstRestart && next <= kLastRestart)) break;
+      ++at;
+    }
+    plain += file.substr(begin, at - begin);
+  }
+  return std::nullopt;
+}
+
+}  // namespace lumi
