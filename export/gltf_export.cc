@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "export/own_output.h"
 #include "export/vertex_colors.h"
 #include "render/lumigraph/lumigraph.h"
 #include "scene/files/atomic_file.h"
@@ -16,6 +17,8 @@
 
 namespace lumi {
 namespace {
+
+constexpr const char* kExportGenerator = "lumi-export";  // how files of ours are known
 
 using nlohmann::json;
 
@@ -120,7 +123,7 @@ std::string Glb(const Lumigraph& lumigraph, const VertexColors& colors) {
   const int index = buffer.Add(indices, kUnsignedInt, "SCALAR", indices.size(), kElementBuffer);
 
   json gltf = {
-      {"asset", {{"version", "2.0"}, {"generator", std::string("lumi-export ") + kVersion}}},
+      {"asset", {{"version", "2.0"}, {"generator", std::string(kExportGenerator) + " " + kVersion}}},
       {"extensionsUsed", {"KHR_materials_unlit"}},
       {"materials",
        {{{"name", "photographs"},
@@ -170,7 +173,8 @@ long WritePoints(const Lumigraph& lumigraph, const VertexColors& colors, const s
     add(p.x_in_world, Eigen::Vector3d::Zero(),
         Eigen::Array3f(static_cast<float>(p.color[0]), static_cast<float>(p.color[1]), static_cast<float>(p.color[2])) /
             255);
-  std::string head = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", count);
+  std::string head =
+      fmt::format("ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n", kExportGenerator, count);
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) head += fmt::format("property float {}\n", name);
   for (const char* name : {"red", "green", "blue"}) head += fmt::format("property uchar {}\n", name);
   WriteTextAtomically(file, head + "end_header\n" + body);
@@ -199,6 +203,8 @@ GltfSummary ExportGltf(const GltfOptions& o, ProgressSink& sink) {
     throw UsageError(fmt::format("-o {}: a glTF file of one piece ends in .glb", o.output.string()), "-o FILE.glb");
   if (!o.points.empty() && o.points.extension() != ".ply")
     throw UsageError(fmt::format("--points {}: points are written as .ply", o.points.string()));
+  RequireOurFile(o.output, kExportGenerator, "glTF file");
+  if (!o.points.empty()) RequireOurFile(o.points, kExportGenerator, "file of points");
   const Stopwatch watch;
   LumigraphOptions open;
   open.scene = o.scene;

@@ -131,10 +131,14 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
     return summary;
   }
   const double max_bytes = o.max_mb * 1e6;
-  if (rest > kMostOfProxy * max_bytes)
+  const double proxy_bytes = static_cast<double>(mesh.bytes.size()) * bytes_a_byte;
+  if (proxy_bytes > kMostOfProxy * max_bytes)
     throw DataError(fmt::format("the proxy {} has {} faces, which take {:.1f} of the {:.1f} MB", summary.proxy,
-                                summary.faces, static_cast<double>(mesh.bytes.size()) * bytes_a_byte / 1e6, o.max_mb),
+                                summary.faces, proxy_bytes / 1e6, o.max_mb),
                     "simplify it (lumi-proxy simplify SCENE --faces 20000), or give more with --max-mb");
+  if (rest >= max_bytes)
+    throw DataError(fmt::format("a page without photos takes {:.1f} MB of the {:.1f}", rest / 1e6, o.max_mb),
+                    "give more with --max-mb");
   // A page that streams has each photo in a quarter of its sides, too: about a tenth more.
   const double for_photos = (max_bytes - rest) / (one_file ? 1 : 1.12);
   const ReducedPhotos reduced = ReduceFor(lumigraph, for_photos, o.width_px, bytes_a_byte, summary.tried, sink);

@@ -1,13 +1,12 @@
 #include "export/web_package.h"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
+#include "export/own_output.h"
 #include "scene/files/atomic_file.h"
-#include "scene/program/error.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -18,8 +17,7 @@ extern const std::vector<std::pair<std::string, std::string>> kPageFiles;
 namespace {
 
 // How a page of ours is known (page/page.html): this stands among its first bytes.
-constexpr const char* kGenerator = "<meta name=\"generator\" content=\"Lumigraph\">";
-constexpr std::size_t kGeneratorWithin = 1000;
+constexpr const char* kPageGenerator = "<meta name=\"generator\" content=\"Lumigraph\">";
 
 const std::string& PageFile(const std::string& name) {
   const auto found = std::ranges::find(kPageFiles, name, &std::pair<std::string, std::string>::first);
@@ -74,13 +72,7 @@ double WriteOneFile(const WebPage& page, const fs::path& file) {
 
 void RequireOurOutput(const fs::path& output, bool one_file) {
   if (!one_file) return RequireOurFolder(output, kWebMarker);
-  if (fs::is_directory(output))
-    throw UsageError(output.string() + " is a folder", "name a file, or a folder without .html");
-  std::ifstream in(output, std::ios::binary);
-  std::string head(kGeneratorWithin, ' ');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  if (fs::exists(output) && head.find(kGenerator) == std::string::npos)
-    throw UsageError(output.string() + " is there, and is no page of ours", "choose another name");
+  RequireOurFile(output, kPageGenerator, "page");
 }
 
 double WriteWebFolder(const WebPage& page, const fs::path& folder) {

@@ -20,6 +20,7 @@
 #include "scene/files/video_clock.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -215,10 +216,12 @@ void RenderPath(RenderJob& job) {
     window += statistics.window_coverage;
     wider += statistics.wider_coverage;
     if (coded.valid()) coded.get();
-    coded = std::async(std::launch::async, [&, i, stem, image = std::move(image)] {
-      if (!o.to_video()) job.Write(stem, image);
-      if (video) video->Add(i, ToRgb8(image));
-    });
+    coded = std::async(ThreadCount() > 1 ? std::launch::async : std::launch::deferred,
+                       [&, i, stem, image = std::move(image)] {
+                         if (!o.to_video()) job.Write(stem, image);
+                         if (video) video->Add(i, ToRgb8(image));
+                       });
+    if (ThreadCount() == 1) coded.get();
     progress.Step();
   }
   if (coded.valid()) coded.get();

@@ -254,6 +254,39 @@ class Cases {
         return Refusal{
             {"lumi-render", (f / "scene").string(), "-o", (f / name).string()}, 0, {}, f / name, {f / "scene"}};
       });
+    // lumi-export onto what is there, which stays.
+    const auto export_onto = [this](const std::string& name, const Words& words, const char* file) {
+      Add(name, [words, file](const fs::path& f) {
+        OwnScene(f / "scene", "wall");
+        WriteTextAtomically(f / file, "years of work");
+        Words argv = {"lumi-export", words[0], (f / "scene").string()};
+        for (std::size_t i = 1; i < words.size(); ++i)
+          argv.push_back(words[i].starts_with("-") ? words[i] : (f / words[i]).string());
+        return Refusal{argv, 0, {}, {}, {f / "scene", f / file}};
+      });
+    };
+    export_onto("a web page onto somebody else's", {"web", "-o", "home.html"}, "home.html");
+    export_onto("a web page's folder onto somebody else's", {"web", "-o", "home"}, "home/thesis.txt");
+    export_onto("glTF onto somebody else's", {"gltf", "-o", "model.glb"}, "model.glb");
+    export_onto("points beside glTF onto somebody else's", {"gltf", "-o", "model.glb", "--points", "points.ply"},
+                "points.ply");
+    Add("a web page that its megabytes cannot hold", [](const fs::path& f) {
+      OwnScene(f / "scene", "wall");
+      return Refusal{
+          {"lumi-export", "web", (f / "scene").string(), "-o", (f / "page.html").string(), "--max-mb", "0.2"},
+          0,
+          {},
+          f / "page.html",
+          {f / "scene"}};
+    });
+    Add("a web page of a scene without a proxy", [](const fs::path& f) {
+      OwnScene(f / "scene", "");
+      return Refusal{{"lumi-export", "web", (f / "scene").string(), "-o", (f / "page.html").string()},
+                     0,
+                     {},
+                     f / "page.html",
+                     {f / "scene"}};
+    });
     Add("`lumi-pipeline -o film.mp4`", [](const fs::path& f) {
       Workspace(f / "capture");
       return Refusal{{"lumi-pipeline", (f / "capture").string(), "-o", (f / "film.mp4").string()},

@@ -274,6 +274,15 @@ TEST_F(FaultInjection, RenderFrames) {
 TEST_F(FaultInjection, RenderVideo) {
   SweepAll({{"lumi-render", "@/scene", "-o", "@/film.mp4", "--seconds", "0.1", "--width", "48"}, {"scene"}});
 }
+TEST_F(FaultInjection, ExportWeb) {
+  SweepAll({{"lumi-export", "web", "@/scene", "-o", "@/page.html", "--as-scene", "@/page-data"}, {"scene"}});
+}
+TEST_F(FaultInjection, ExportWebFolder) {
+  SweepAll({{"lumi-export", "web", "@/scene", "-o", "@/page", "--proxy", "sparse"}, {"scene"}});
+}
+TEST_F(FaultInjection, ExportGltf) {
+  SweepAll({{"lumi-export", "gltf", "@/scene", "-o", "@/model.glb", "--points", "@/points.ply"}, {"scene"}});
+}
 TEST_F(FaultInjection, Reconstruct) {
   SweepAll({{"lumi-reconstruct", "@/taken/images", "-o", "@/new", "--poses", "@/taken/truth/sparse", "--database",
              "@/database.db"},
