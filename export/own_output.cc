@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -19,6 +20,12 @@ void RequireOurFile(const std::filesystem::path& file, const std::string& mark, 
   if (std::filesystem::exists(file) && head.find(mark) == std::string::npos)
     throw UsageError(file.string() + " is there, and is no " + what + " of ours: nothing was touched",
                      "choose another name");
+}
+
+void RequireOurExport(const std::filesystem::path& folder, const std::string& marker) {
+  if (!std::filesystem::exists(folder / marker) && std::filesystem::exists(folder / "lumigraph.json"))
+    throw UsageError(folder.string() + " is a scene: nothing is exported into it", "choose another folder");
+  RequireOurFolder(folder, marker);
 }
 
 }  // namespace lumi

@@ -10,4 +10,7 @@ namespace lumi {
 // file".
 void RequireOurFile(const std::filesystem::path& file, const std::string& mark, const std::string& what);
 
+// ... of a folder: is empty, or has `marker` in it. A scene is no output, though this suite made it.
+void RequireOurExport(const std::filesystem::path& folder, const std::string& marker);
+
 }  // namespace lumi

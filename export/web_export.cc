@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "export/own_output.h"
 #include "export/quantised_mesh.h"
 #include "export/reduce_photos.h"
 #include "export/web_manifest.h"
@@ -23,6 +24,7 @@ namespace {
 constexpr double kPathSeconds = 12, kPathFps = 30;
 // Of the page's megabytes, at most, may be other than photos.
 constexpr double kMostOfProxy = 0.5;
+constexpr const char* kDataMarker = ".lumi-web-data";  // of what --as-scene made, begun or done
 constexpr double kTradeoffMb[] = {4, 8, 16, 32, 64};
 
 bool IsOneFile(const fs::path& output) {
@@ -35,7 +37,7 @@ void RequireConsistent(const WebOptions& o) {
   if (!o.output.empty() && o.tradeoff) throw UsageError("--tradeoff writes no page: leave -o out");
   if (!(o.max_mb > 0)) throw UsageError("--max-mb must be > 0");
   if (!o.tradeoff) RequireOurOutput(o.output, IsOneFile(o.output));
-  if (!o.as_scene.empty()) RequireOurFolder(o.as_scene);
+  if (!o.as_scene.empty()) RequireOurExport(o.as_scene, kDataMarker);
 }
 
 // The page's data as a scene of its own.
@@ -44,6 +46,7 @@ void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const
   Scene scene = reduced.scene;
   scene.image_folder = folder / "images";
   scene.folder = folder;
+  WriteTextAtomically(folder / kDataMarker, "made by lumi-export web --as-scene\n");
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
     // Added, not exchanged: two photos may differ by their endings.

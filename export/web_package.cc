@@ -71,7 +71,7 @@ double WriteOneFile(const WebPage& page, const fs::path& file) {
 }
 
 void RequireOurOutput(const fs::path& output, bool one_file) {
-  if (!one_file) return RequireOurFolder(output, kWebMarker);
+  if (!one_file) return RequireOurExport(output, kWebMarker);
   RequireOurFile(output, kPageGenerator, "page");
 }
 

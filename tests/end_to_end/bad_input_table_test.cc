@@ -270,6 +270,13 @@ class Cases {
     export_onto("glTF onto somebody else's", {"gltf", "-o", "model.glb"}, "model.glb");
     export_onto("points beside glTF onto somebody else's", {"gltf", "-o", "model.glb", "--points", "points.ply"},
                 "points.ply");
+    for (const char* option : {"-o", "--as-scene"})
+      Add(std::string("`lumi-export web SCENE ") + option + " SCENE`", [option](const fs::path& f) {
+        OwnScene(f / "scene", "wall");
+        Words argv = {"lumi-export", "web", (f / "scene").string(), option, (f / "scene").string()};
+        if (option != std::string("-o")) argv.insert(argv.end(), {"-o", (f / "page").string()});
+        return Refusal{argv, 0, {}, f / "page", {f / "scene"}};
+      });
     Add("a web page that its megabytes cannot hold", [](const fs::path& f) {
       OwnScene(f / "scene", "wall");
       return Refusal{
