@@ -74,7 +74,7 @@ dictionary() {
 # Fuzzes one target; a line of what came of it. Time and memory are of an instrumented program: about ten times what a reader
 # takes otherwise.
 fuzz() {
-  local target=$1 log=$logs/$1.log flags=(-max_len=65536 -timeout=5 -malloc_limit_mb=256 -rss_limit_mb=1024)
+  local target=$1 log=$logs/$1.log flags=(-max_len=65536 -timeout=30 -malloc_limit_mb=256 -rss_limit_mb=1024)
   # Decoders that are not ours nor instrumented: a small picture may have many pixels, and they keep what they allocate.
   case $target in photo | video) flags=(-max_len=65536 -timeout=20 -malloc_limit_mb=600 -rss_limit_mb=2048 -detect_leaks=0) ;; esac
   if [ -n "$runs" ]; then flags+=("-runs=$runs"); else flags+=("-max_total_time=$(awk "BEGIN { print int($minutes * 60 + 0.5) }")"); fi

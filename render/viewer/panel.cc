@@ -153,8 +153,8 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
 }  // namespace
 
 const std::vector<std::string>& PanelGroups() {
-  static const std::vector<std::string> names = {"scene",   "cost and error", "weights",     "samples",
-                                                 "effects", "time",           "camera path", "recording"};
+  static const std::vector<std::string> names = {"scene", "cost and error", "weights",   "samples", "effects",
+                                                 "time",  "camera path",    "recording", "web page"};
   return names;
 }
 

@@ -89,6 +89,7 @@ struct PanelFacts {
   bool recording = false, recording_live = false;
   double recorded = 0;  // fraction of the path; live: seconds
   std::string recording_to;
+  std::string exporting;  // what the export of a web page is at; empty: there is none
 };
 
 enum class RecordWish { kNone, kPath, kLive, kStop, kCancel };
@@ -106,6 +107,7 @@ struct PanelWishes {
   std::optional<bool> play;          // the path; false: it stops
   std::optional<double> scrub_s;
   RecordWish record = RecordWish::kNone;
+  bool export_page = false;
 };
 
 // Names of the panel's groups, as scripts open and close them.

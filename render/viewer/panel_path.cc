@@ -123,6 +123,14 @@ void Recording(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& w
   if (ImGui::Button("record what is seen")) wishes.record = RecordWish::kLive;
 }
 
+void WebPage(const PanelFacts& facts, PanelWishes& wishes) {
+  ImGui::BeginDisabled(!facts.exporting.empty());
+  if (ImGui::Button("export as web page")) wishes.export_page = true;
+  ImGui::EndDisabled();
+  Tooltip("A page of this scene and proxy that any browser shows: web.html in the scene's folder");
+  if (!facts.exporting.empty()) Wrapped(kDim, facts.exporting);
+}
+
 }  // namespace
 
 void PathGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
@@ -132,6 +140,7 @@ void PathGroups(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
     Files(facts, settings, wishes);
   }
   if (Group(settings, "recording", facts.recording)) Recording(facts, settings, wishes);
+  if (Group(settings, "web page", !facts.exporting.empty())) WebPage(facts, wishes);
 }
 
 }  // namespace lumi

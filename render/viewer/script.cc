@@ -80,6 +80,7 @@ constexpr std::array kGrammar{
     Grammar{"record-live", ScriptVerb::kRecordLive, Takes::kText, 0, "record-live FILE.mp4"},
     Grammar{"record-stop", ScriptVerb::kRecordStop, Takes::kNothing, 0, "record-stop"},
     Grammar{"record-cancel", ScriptVerb::kRecordCancel, Takes::kNothing, 0, "record-cancel"},
+    Grammar{"export-page", ScriptVerb::kExportPage, Takes::kText, 0, "export-page FILE.html"},
     Grammar{"wait", ScriptVerb::kWait, Takes::kNumberOrNothing, 0, "wait [SECONDS]"},
     Grammar{"screenshot", ScriptVerb::kScreenshot, Takes::kText, 0, "screenshot FILE"},
 };

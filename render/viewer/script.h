@@ -55,6 +55,7 @@ enum class ScriptVerb {
   kRecordLive,
   kRecordStop,
   kRecordCancel,
+  kExportPage,
   kWait,
   kScreenshot,
 };

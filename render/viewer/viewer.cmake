@@ -5,6 +5,7 @@ lumi_library(lumi_view_core COLD
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/motion_budget.cc
     ${CMAKE_CURRENT_LIST_DIR}/navigation.cc
+    ${CMAKE_CURRENT_LIST_DIR}/page_export.cc
     ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
     ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
     ${CMAKE_CURRENT_LIST_DIR}/refiner.cc

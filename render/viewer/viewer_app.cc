@@ -258,7 +258,9 @@ double Viewer::Wait_s() const {
   if (steering_.moving || drawn_.changed || refining || Working() || steering_.navigator.flying() || window_.Dragging())
     return 0;
   if (rest_.refiner.busy()) return kRefiningWait_s;
-  return !Settled() || RefinementOpen() || script_.given || arriving_.proxy.valid() ? kLoadingWait_s : kIdleWait_s;
+  return !Settled() || RefinementOpen() || script_.given || jobs_.page_export || arriving_.proxy.valid()
+             ? kLoadingWait_s
+             : kIdleWait_s;
 }
 
 bool Viewer::AtRest() const {

@@ -22,6 +22,7 @@
 #include "render/viewer/motion_budget.h"
 #include "render/viewer/navigation.h"
 #include "render/viewer/opening.h"
+#include "render/viewer/page_export.h"
 #include "render/viewer/panel.h"
 #include "render/viewer/photo_loader.h"
 #include "render/viewer/picture_texture.h"
@@ -172,6 +173,9 @@ class Viewer final : public ViewSession {
   void StepPathRecording(double step_ms, bool undisturbed);
   void CloseRecording(const Recorder& recorder);
   void StartMeasuring();
+  std::filesystem::path PageName() const;
+  void StartExport(const std::filesystem::path& file);
+  void StepExport();
   std::filesystem::path VideoName() const;
 
   void RunPathStatement(const ScriptStep& s);  // of the camera path's keys and files
@@ -243,13 +247,14 @@ class Viewer final : public ViewSession {
     long of_refined = 0;      // ... and which of the refined pictures that was
     Eigen::Vector2i of_size_px = {0, 0};
   };
-  // Recording and measuring.
+  // Recording, measuring and exporting.
   struct Jobs {
     ErrorProbe probe;
     PictureTexture difference = {};
     std::unique_ptr<PathRecording> path_recording = {};
     std::unique_ptr<LiveRecording> live_recording = {};
     std::vector<Video> videos = {};
+    std::unique_ptr<PageExport> page_export = {};
     Clock::time_point last_step = Clock::now();
   };
 

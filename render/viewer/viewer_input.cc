@@ -174,6 +174,7 @@ void Viewer::Grant(const PanelWishes& wishes) {
       case RecordWish::kStop: FinishRecording(); break;
       case RecordWish::kCancel: CancelRecording(); break;
     }
+    if (wishes.export_page) StartExport(PageName());
     PathEdited();
   } catch (const Error& e) {
     Complain(e);

@@ -1,6 +1,9 @@
 // What the viewer draws beside the picture: videos, and a photo's view that an error is measured at.
 #include <epoxy/gl.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "render/picture/border_fill.h"
@@ -132,6 +135,32 @@ void Viewer::CloseRecording(const Recorder& recorder) {
   }
 }
 
+// In the scene's folder, where that is ours.
+std::filesystem::path Viewer::PageName() const {
+  std::error_code ec;
+  if (std::filesystem::exists(scene_.folder / "lumigraph.json", ec)) return scene_.folder / "web.html";
+  return FreeName(facts_.scene + ".html");
+}
+
+void Viewer::StartExport(const std::filesystem::path& file) {
+  if (jobs_.page_export) throw UsageError("a web page is being made");
+  const bool in_scene = std::ranges::find(facts_.proxies, facts_.proxy) != facts_.proxies.end();
+  jobs_.page_export = std::make_unique<PageExport>(scene_.folder, in_scene ? facts_.proxy : options_.proxy, file);
+}
+
+void Viewer::StepExport() {
+  facts_.exporting = jobs_.page_export ? jobs_.page_export->task() : std::string();
+  if (!jobs_.page_export || !jobs_.page_export->ended()) return;
+  const std::unique_ptr<PageExport> ended = std::move(jobs_.page_export);
+  facts_.exporting.clear();
+  try {
+    if (!ended->problem().empty()) throw MachineError("no web page: " + ended->problem());
+    if (!script_.given) Say(fmt::format("wrote {}, {:.1f} MB", ended->file().string(), ended->mb()));
+  } catch (const Error& e) {
+    Complain(e);
+  }
+}
+
 void Viewer::StartMeasuring() {
   if (jobs_.probe.busy() || jobs_.path_recording) return;
   jobs_.probe.Start(ViewId{NearestView(scene_, steering_.navigator.state().cam_from_world)}, drawn_.settings);
@@ -157,6 +186,7 @@ void Viewer::StepJobs() {
     jobs_.path_recording.reset();
     Complain(e);
   }
+  StepExport();
   if (step) jobs_.last_step = Clock::now();
   facts_.measuring = jobs_.probe.busy();
   facts_.recording = jobs_.path_recording || jobs_.live_recording;

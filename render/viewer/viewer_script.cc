@@ -125,6 +125,10 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       if (!script_.waiting) StartPlaying();
       script_.waiting = true;
       return !playing_s_;
+    case ScriptVerb::kExportPage:
+      if (!script_.waiting) StartExport(s.word);
+      script_.waiting = true;
+      return jobs_.page_export == nullptr;
     case ScriptVerb::kRecord:
     case ScriptVerb::kRecordStart:
     case ScriptVerb::kRecordLive:

@@ -113,6 +113,7 @@ int main(int argc, char** argv) {
   options.Add("--capture", captures, "More scenes");
   options.Add("--streamed", streamed, "Also a streamed folder of so many photos; 0: none").Default().Range(0, 100000);
   program.RunAndExit(argc, argv, [&] {
+    work = fs::absolute(work);  // as the browser needs it
     if (!Chromium::IsThere()) throw MachineError("no Chromium is installed", "Debian's package chromium");
     Chromium browser(1280, 800);
     fmt::print(

@@ -13,7 +13,7 @@ if(LUMI_VIEWER)
     LIBS lumi_view_core lumi_render lumi_scene nlohmann_json::nlohmann_json)
   lumi_test(viewer_window_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/viewer_window_test.cc ${CMAKE_CURRENT_LIST_DIR}/viewer_window_rest_test.cc
     LIBS lumi_view_core lumi_render lumi_scene nlohmann_json::nlohmann_json SECONDS 45)
-  add_dependencies(viewer_window_test lumi-view)
+  add_dependencies(viewer_window_test lumi-view lumi-export)
   set_tests_properties(viewer_window_test PROPERTIES ENVIRONMENT GALLIVM_PERF=nopt)
 endif()
 # On llvmpipe most of these tests' time went into optimising shaders that are run once on small pictures.

@@ -9,6 +9,7 @@
 #include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/show/measure_map.h"
+#include "scene/files/atomic_file.h"
 #include "scene/files/video.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/stopwatch.h"
@@ -214,6 +215,22 @@ TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLas
   while (video.Next()) ++frames;
   EXPECT_GE(frames, 30);               // a second, however many pictures the machine drew in it
   EXPECT_LE(frames, 30 * most_s + 1);  // and no more than the viewer ran
+}
+
+TEST_F(ViewerWindow, ExportsAWebPageAndSaysWhyNot) {
+  const fs::path page = folder_ / "page.html";
+  const Result made = RunViewer({"--script", "export-page " + page.string()});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(made.exit_code, 0) << made.messages;
+  const std::string text = ReadText(page);
+  EXPECT_NE(text.find("<meta name=\"generator\" content=\"Lumigraph\">"), std::string::npos);
+  EXPECT_NE(text.find("part-manifest"), std::string::npos);
+  // Somebody else's stays, and is named.
+  WriteTextAtomically(page, "dear");
+  const Result refused = RunViewer({"--script", "export-page " + page.string()});
+  EXPECT_EQ(refused.exit_code, 4) << refused.messages;
+  EXPECT_THAT(refused.messages, testing::HasSubstr("no page of ours"));
+  EXPECT_EQ(ReadText(page), "dear");
 }
 
 TEST_F(ViewerWindow, TheMeasuredErrorIsThatOfThePhotoRenderedWithoutItself) {

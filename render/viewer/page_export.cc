@@ -1,0 +1,74 @@
+#include "render/viewer/page_export.h"
+
+#include <fmt/format.h>
+
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/sibling.h"
+
+namespace lumi {
+namespace {
+
+struct PageSummary {
+  double mb = 0;
+};
+void ListKeys(JsonKeys& j, PageSummary& s) { j("mb", s.mb); }
+
+}  // namespace
+
+class PageExport::Listener final : public ProgressSink {
+ public:
+  explicit Listener(PageExport& page) : page_(page) {}
+  void Report(const std::string& task, long done, long total, double, double) override {
+    page_.SayTask(total > 0 ? fmt::format("{} {}/{}", task, done, total) : task);
+  }
+  void Finish(const std::string& task, long, double) override { page_.SayTask(task); }
+  void Message(const std::string&) override {}
+
+ private:
+  PageExport& page_;
+};
+
+PageExport::PageExport(std::filesystem::path scene, std::string proxy, std::filesystem::path file)
+    : file_(std::move(file)),
+      task_("web page"),
+      thread_([this, scene = std::move(scene), proxy = std::move(proxy)] { Work(scene, proxy); }) {}
+
+PageExport::~PageExport() { thread_.join(); }
+
+void PageExport::Work(const std::filesystem::path& scene, const std::string& proxy) {
+  std::string problem;
+  try {
+    Listener listener(*this);
+    std::vector<std::string> arguments{"web", scene.string(), "-o", file_.string()};
+    if (!proxy.empty()) arguments.insert(arguments.end(), {"--proxy", proxy});
+    mb_ = RunSibling({"lumi-export", arguments, "", ""}, listener).summary.As<PageSummary>().mb;
+  } catch (const Error& e) {
+    problem = e.file().empty() ? e.what() : e.file().string() + ": " + e.what();
+    if (!e.hint().empty()) problem += " (" + e.hint() + ")";
+  } catch (const std::exception& e) {
+    problem = e.what();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    problem_ = problem;
+  }
+  ended_ = true;
+}
+
+void PageExport::SayTask(const std::string& task) {
+  const std::lock_guard lock(mutex_);
+  task_ = task;
+}
+
+std::string PageExport::task() const {
+  const std::lock_guard lock(mutex_);
+  return task_;
+}
+
+std::string PageExport::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
+}
+
+}  // namespace lumi

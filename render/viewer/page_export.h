@@ -1,0 +1,41 @@
+// The scene as a web page, by lumi-export on a thread of its own, while the window goes on.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "scene/program/progress.h"
+
+namespace lumi {
+
+class PageExport {
+ public:
+  // proxy: its name in the scene, or a mesh file. file: FILE.html, or a folder for a web server.
+  PageExport(std::filesystem::path scene, std::string proxy, std::filesystem::path file);
+  ~PageExport();  // waits until it ended
+  PageExport(const PageExport&) = delete;
+  PageExport& operator=(const PageExport&) = delete;
+
+  bool ended() const { return ended_; }
+  const std::filesystem::path& file() const { return file_; }
+  std::string task() const;          // what it is at, "encoding photos 12/24"
+  double mb() const { return mb_; }  // once it ended
+  std::string problem() const;       // once it ended: why there is no page; empty: there is
+
+ private:
+  class Listener;
+  void Work(const std::filesystem::path& scene, const std::string& proxy);
+  void SayTask(const std::string& task);
+
+  const std::filesystem::path file_;
+  mutable std::mutex mutex_;
+  std::string task_, problem_;
+  double mb_ = 0;
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
+};
+
+}  // namespace lumi
