@@ -25,8 +25,8 @@ constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
-constexpr int kBestCoded = 92;
-constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 85, 75, 60, 45};
+constexpr int kBestCoded = 96;
+constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
 // Mean difference of code values between two decoders of one JPEG; more, and a photo was turned, corrected, or brought
 // to sRGB when it was read.
 constexpr double kSameCodes = 1;

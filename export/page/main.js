@@ -54,14 +54,14 @@ const start = async () => {
                                         "loading photos: " + n + " of " + all;
   };
 
-  // The photos nearest to a view, by the angle at points along five of its rays at the typical depth, those that do not
-  // see them after those that do.
+  // The photos nearest to a view, by the angle at points along five of its rays at the typical depth, and in time where
+  // that counts; those that do not see the points after those that do.
   const orderFor = (view) => {
     const rays = inverse(view.m), [w, h] = view.size;
     const points = [[0.5, 0.5], [0.2, 0.2], [0.8, 0.2], [0.2, 0.8], [0.8, 0.8]].map(
         ([x, y]) => add(view.centre, scaled(timesVector(rays, [x * w, y * h, 1]), manifest.typical_depth)));
     const cost = manifest.photos.map((p) => {
-      let sum = 0;
+      let sum = points.length * photoTerms(manifest, state.settings, p, view);
       for (const x of points) {
         const a = unit(sub(x, view.centre)), b = unit(sub(x, p.centre));
         sum += Math.acos(Math.min(1, Math.max(-1, dot(a, b))));
@@ -305,6 +305,7 @@ const start = async () => {
     },
     memoryMb,
     frames,
+    orderFor,
     poseText: () => poseText(camera.pose),
     // Of the fly-through, share 0 to 1.
     viewAlong(share, w, h) {

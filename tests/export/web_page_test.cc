@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include "scene/files/scene_folder.h"
 #include "tests/support/chromium.h"
@@ -195,6 +196,51 @@ TEST(WebPage, StreamsFromAFolder) {
       RunProgram({"lumi-export", "web", Desk().capture().path().string(), "-o", other.string(), "--quiet"}).exit_code,
       2);
   EXPECT_EQ(std::distance(fs::directory_iterator(other), fs::directory_iterator()), 1);
+}
+
+TEST(WebPage, PlaysWhatRepeatsAndStreamsThePhotosOfThePhase) {
+  SKIP_WITHOUT_BROWSER();
+  // A rotor filmed for several turns.
+  const SimulatedCapture rotor("helicopter", 24, 96, {"--video", "--fixed-frames", "2"});
+  const fs::path folder = rotor / "web", data = rotor / "web-data";
+  const ProgramResult made = RunProgram({"lumi-export", "web", rotor.path().string(), "-o", folder.string(),
+                                         "--as-scene", data.string(), "--effects", "fov,visibility,time", "--quiet"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const StaticServer server(folder);
+  Chromium& browser = At(server.Url("index.html"));
+  const json times = browser.Evaluate("lumigraph.manifest.time");
+  const double begin_s = times["begin_s"], period_s = times["end_s"].get<double>() - begin_s;
+  ASSERT_GT(period_s, 0.1);
+  // One camera at several phases: as the renderer draws them, and not all the same.
+  browser.Evaluate("lumigraph.actions.timeRuns(false)");
+  SceneBeside beside(data, browser.Evaluate("lumigraph.manifest"));
+  RenderView view = MakeRenderView(beside.scene(), beside.scene().views[12]);
+  std::set<std::string> pictures;
+  for (const double phase : {0.0, 0.3, 0.65}) {
+    view.time_s = begin_s + phase * period_s;
+    const std::string picture = PagePicture(browser, ViewForPage(view, beside.scene().normalized_from_world));
+    EXPECT_GE(Compare(beside.Render(view), picture).psnr_db, kSamePictureDb) << phase;
+    pictures.insert(picture);
+  }
+  EXPECT_EQ(pictures.size(), 3U);
+  // The photo of the moment comes before the others of its place.
+  const json order = browser.Evaluate("(lumigraph.photos.setOrder(lumigraph.orderFor(" +
+                                      ViewForPage(view, beside.scene().normalized_from_world).dump() +
+                                      ")), lumigraph.photos.order.slice(0, 4))");
+  for (const json& photo : order) {
+    double off = std::abs(browser.Evaluate("lumigraph.manifest.photos[" + photo.dump() + "].time_s").get<double>() -
+                          *view.time_s);
+    off = std::abs(off - period_s * std::round(off / period_s));
+    EXPECT_LT(off, 0.2 * period_s) << photo;
+  }
+  // It goes on, from the end to the beginning; and stops.
+  browser.Evaluate("(lumigraph.state.time_s = lumigraph.manifest.time.end_s - 0.05, lumigraph.actions.timeRuns(true))");
+  ASSERT_TRUE(browser.WaitFor("lumigraph.state.time_s < lumigraph.manifest.time.end_s - 0.06", 20));
+  browser.Evaluate("document.getElementById('time-runs').click()");
+  const double stopped = browser.Evaluate("lumigraph.state.time_s");
+  browser.Evaluate("new Promise((resolve) => setTimeout(resolve, 300))");
+  EXPECT_EQ(browser.Evaluate("lumigraph.state.time_s").get<double>(), stopped);
+  EXPECT_THAT(browser.errors(), IsEmpty());
 }
 
 TEST(WebPage, NamesAreTextWhateverTheySay) {

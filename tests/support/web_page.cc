@@ -45,6 +45,7 @@ ImageF SceneBeside::Render(const RenderView& view) {
   RenderRequest request;
   request.view = view;
   request.settings = lumigraph_->At(view);
+  if (view.time_s && request.settings.time) request.settings.time_s = *view.time_s;
   if (exposure_) request.settings.exposure = *exposure_;
   return renderer_->Render(request);
 }
@@ -71,9 +72,11 @@ json ViewForPage(const RenderView& view, const Similarity3& normalized_from_worl
   m /= m.row(2).norm();
   json rows = json::array();
   for (int i = 0; i < 9; ++i) rows.push_back(m(i / 3, i % 3));
-  return {{"m", rows},
-          {"centre", {normalized.centre.x(), normalized.centre.y(), normalized.centre.z()}},
-          {"size", {normalized.size_px.x(), normalized.size_px.y()}}};
+  json j = {{"m", rows},
+            {"centre", {normalized.centre.x(), normalized.centre.y(), normalized.centre.z()}},
+            {"size", {normalized.size_px.x(), normalized.size_px.y()}}};
+  if (view.time_s) j["time_s"] = *view.time_s;
+  return j;
 }
 
 std::string PagePicture(Chromium& browser, const json& view) {
