@@ -11,6 +11,7 @@
 #   ./bench.sh --only dense-cost  of these only what they take: seconds, memory, milliseconds a frame, the fly-through
 #   ./bench.sh --only flush       only what waiting for the disk costs the pipeline
 #   ./bench.sh --only video       only reading videos: frames a second of 1080p beside the decoder alone and OpenCV's reader
+#   ./bench.sh --only web         only web pages in Chromium: against lumi-render, frame time, first picture, memory (1,000 photos streamed)
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -20,10 +21,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video='' only_walk='' walk_photos=50,100,200
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video='' only_walk='' only_web='' walk_photos=50,100,200
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,18s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,19s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -35,6 +36,7 @@ while [ $# -gt 0 ]; do
       if [ "${2:-}" = walk ]; then only_walk=1; shift 2; continue; fi
       if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
       if [ "${2:-}" = flush ]; then only_flush=1; shift 2; continue; fi
+      if [ "${2:-}" = web ]; then only_web=1; shift 2; continue; fi
       if [ "${2:-}" = video ]; then only_video=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
@@ -50,10 +52,11 @@ stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-sta
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
 elif [ -n "$only_walk" ]; then build release lumi-simulate lumi-reconstruct walk_bench
 elif [ -n "$only_video" ]; then build release video_bench
+elif [ -n "$only_web" ]; then build release lumi-export lumi-simulate web_bench
 elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export fault_injection
 elif [ -n "$only_dense" ]; then build release lumi-simulate lumi-proxy lumi-render depth_bench
 elif [ -n "$only_stabilize" ]; then build release "${stabilisation[@]}"; else
-  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench walk_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
+  build release "${stabilisation[@]}" lumi-proxy fault_injection bench_figures cameras_bench walk_bench depth_bench calibration_bench optimum_bench hull_bench sparse_blend_bench gl_blend_bench view_triangulation_bench timeperiodic_bench time_scenes_bench video_bench web_bench test_render_hard_cases test_calibrate test_calibrate_simulated_boards factorization_bench factorization_test real_captures_test reconstruct_data_test vanishing_point_bench
 fi
 bin=build/release/bin work=build/bench
 mkdir -p "$work"
@@ -72,6 +75,19 @@ if [ -n "$only_cameras" ]; then
 fi
 if [ -n "$only_walk" ]; then
   walk
+  exit 0
+fi
+# Whole captures: of DIR those whose scenes an earlier run left in build/bench.
+web_pages() {
+  local scene scenes=()
+  for scene in fox sceaux fountain; do
+    [ ! -f "$work/$scene/lumigraph.json" ] || scenes+=(--capture "$work/$scene")
+  done
+  printf '\n## Web pages in Chromium\n\n'
+  "$bin/web_bench" --work "$work" "${scenes[@]}" --streamed 1000 || say "web pages are not measured here"
+}
+if [ -n "$only_web" ]; then
+  web_pages
   exit 0
 fi
 [ -n "$only_speed$only_stabilize$only_dense$only_video$only_flush" ] || "$bin/bench_figures" --work "$work" "${arguments[@]}"
@@ -406,6 +422,7 @@ sharpness() {
 if [ -z "$only_speed$only_quality" ]; then
   cameras
   walk
+  web_pages
   printf '\n## Calibration\n\n'
   [ -z "$data" ] || "$bin/calibration_bench" "$data"
   printf '\nStandard deviations against the spread over 100 simulated sets, and ray-traced boards:\n\n```\n'

@@ -10,8 +10,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 #include "scene/program/main_program.h"
+#include "simulate/examples.h"
 #include "tests/support/child_program.h"
 #include "tests/support/static_server.h"
 #include "tests/support/web_page.h"
@@ -34,9 +36,15 @@ json Run(const std::vector<std::string>& argv) {
 
 fs::path Desk(const fs::path& work, int photos) {
   const fs::path desk = work / fmt::format("web-desk-{}", photos);
-  if (!fs::exists(desk / "lumigraph.json"))
-    Run({"lumi-simulate", "--example", "desk", "--views", std::to_string(photos), "--width", std::to_string(kWidth),
-         "-o", desk.string(), "--quiet"});
+  if (fs::exists(desk / "lumigraph.json")) return desk;
+  // More photos than the example's path has: taken closer to each other.
+  json scene = json::parse(ExampleJson("desk"));
+  json& views = scene["cameras"][0]["path"]["views"];
+  views = std::max(photos, views.get<int>());
+  const fs::path description = work / fmt::format("web-desk-{}.json", photos);
+  WriteTextAtomically(description, scene.dump());
+  Run({"lumi-simulate", description.string(), "--views", std::to_string(photos), "--width", std::to_string(kWidth),
+       "-o", desk.string(), "--quiet"});
   return desk;
 }
 
