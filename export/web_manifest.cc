@@ -14,6 +14,7 @@
 #include "render/world/visibility_maps.h"
 #include "scene/files/image_io.h"
 #include "scene/geometry/median.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace {
@@ -216,6 +217,7 @@ WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, co
   const Fields fields = FieldsOf(sources);
   WebPage page;
   json j = {{"lumigraph_web", kWebVersion},
+            {"made_by", fmt::format("lumi-export {}", kVersion)},
             {"title", std::filesystem::absolute(lumigraph.scene().folder).lexically_normal().filename().string()},
             {"up", Numbers(scene.normalized_from_world.rotation * scene.up)},
             {"typical_depth", TypicalDepth(lumigraph.scene())},

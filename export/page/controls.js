@@ -1,3 +1,5 @@
+const kTapMs = 250;
+
 // Pointers, wheel and keys to movements of the camera. touched: called for each, so that the picture is drawn.
 const attachControls = (canvas, camera, actions, touched) => {
   const pointers = new Map();
@@ -53,25 +55,25 @@ const attachControls = (canvas, camera, actions, touched) => {
   }, {passive: false});
   canvas.addEventListener("dblclick", (e) => actions.pivot(e.offsetX, e.offsetY));
 
-  // Keys that are held move as long as they are; each moves at once, too, so that a tap is a step.
-  const held = new Set();
+  // Each key moves at once: a tap is a step. Held for longer than a tap, it moves on until it is let go.
+  const held = new Map();  // and since when, ms
   const moves = {
     ArrowUp: [1, 0, 0],
     KeyW: [1, 0, 0],
     ArrowDown: [-1, 0, 0],
+    KeyS: [-1, 0, 0],
     ArrowLeft: [0, -1, 0],
     KeyA: [0, -1, 0],
     ArrowRight: [0, 1, 0],
     KeyD: [0, 1, 0],
-    KeyQ: [0, 0, -1],
-    KeyE: [0, 0, 1]
+    KeyQ: [0, 0, 1],
+    KeyE: [0, 0, -1]
   };
   const once = {
     Space: actions.play,
     Home: actions.home,
     KeyL: actions.link,
     KeyF: actions.full,
-    KeyS: actions.panel,
     KeyM: actions.panel,
     KeyC: actions.falseColor,
     KeyP: actions.proxy,
@@ -85,7 +87,7 @@ const attachControls = (canvas, camera, actions, touched) => {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     if (moves[e.code]) {
       if (!held.has(e.code)) {
-        held.add(e.code);
+        held.set(e.code, performance.now());
         actions.stop();
         camera.walk(...scaled(moves[e.code], 0.05));
       }
@@ -100,7 +102,12 @@ const attachControls = (canvas, camera, actions, touched) => {
   canvas.addEventListener("blur", () => held.clear());
   // seconds since the last frame; true: something moved.
   return (seconds) => {
-    for (const code of held) camera.walk(...scaled(moves[code], seconds));
-    return held.size > 0;
+    let moved = false;
+    for (const [code, since] of held) {
+      if (performance.now() - since < kTapMs) continue;
+      camera.walk(...scaled(moves[code], seconds));
+      moved = true;
+    }
+    return moved;
   };
 };

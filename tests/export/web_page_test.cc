@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <cmath>
 #include <fstream>
 #include <set>
@@ -123,6 +124,66 @@ TEST(WebPage, FollowsMouseWheelAndKeys) {
                   .Evaluate("(() => { const p = lumigraph.manifest.photos[lumigraph.state.photo].centre, c = "
                             "lumigraph.camera.centre; return Math.hypot(p[0]-c[0], p[1]-c[1], p[2]-c[2]) < 1e-9; })()")
                   .get<bool>());
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+TEST(WebPage, FollowsKeys) {
+  SKIP_WITHOUT_BROWSER();
+  Chromium& browser = AtDesk();
+  const auto tap = [&](const std::string& code) {
+    for (const char* type : {"keyDown", "keyUp"})
+      browser.Command("Input.dispatchKeyEvent", {{"type", type}, {"code", code}, {"key", code}});
+  };
+  const auto centre = [&] {
+    const auto c = browser.Evaluate("[...lumigraph.camera.centre]").get<std::vector<double>>();
+    return Eigen::Vector3d(c[0], c[1], c[2]);
+  };
+  const auto axis = [&](int row) {
+    const auto r = browser.Evaluate("[...lumigraph.camera.rotation]").get<std::vector<double>>();
+    const auto at = static_cast<std::size_t>(3 * row);
+    return Eigen::Vector3d(r[at], r[at + 1], r[at + 2]);
+  };
+  browser.Evaluate("document.getElementById('view').focus()");
+  // A step along each axis, and back by the opposite key. Image axes: x right, y down, z forward.
+  struct Step {
+    const char *there, *back;
+    int row;
+    double sign;
+  };
+  for (const Step& step : {Step{"KeyW", "KeyS", 2, 1}, Step{"ArrowUp", "ArrowDown", 2, 1}, Step{"KeyD", "KeyA", 0, 1},
+                           Step{"ArrowRight", "ArrowLeft", 0, 1}, Step{"KeyE", "KeyQ", 1, -1}}) {
+    const Eigen::Vector3d before = centre();
+    tap(step.there);
+    const Eigen::Vector3d moved = centre() - before;
+    EXPECT_GT(moved.norm(), 0) << step.there;
+    EXPECT_NEAR(moved.normalized().dot(step.sign * axis(step.row)), 1, 1e-6) << step.there;
+    tap(step.back);
+    EXPECT_LT((centre() - before).norm(), 1e-9) << step.back;
+  }
+  // What is shown, and the panel.
+  tap("KeyC");
+  EXPECT_EQ(browser.Evaluate("lumigraph.state.show").get<std::string>(), "false-color");
+  tap("KeyC");
+  EXPECT_EQ(browser.Evaluate("lumigraph.state.show").get<std::string>(), "color");
+  tap("KeyV");
+  EXPECT_TRUE(browser.Evaluate("lumigraph.state.overlay").get<bool>());
+  tap("KeyV");
+  const bool panel = browser.Evaluate("document.getElementById('panel').hidden");
+  tap("KeyM");
+  EXPECT_NE(browser.Evaluate("document.getElementById('panel').hidden").get<bool>(), panel);
+  tap("KeyM");
+  // The fly-through, until a key ends it; and home.
+  const Eigen::Vector3d begun = centre();
+  tap("Space");
+  ASSERT_TRUE(
+      browser.WaitFor("lumigraph.state.playing !== null && Math.hypot(...lumigraph.camera.centre.map((c, i) => c - " +
+                          std::string("[") + std::to_string(begun.x()) + "," + std::to_string(begun.y()) + "," +
+                          std::to_string(begun.z()) + "][i])) > 1e-3",
+                      20));
+  tap("KeyW");
+  EXPECT_TRUE(browser.Evaluate("lumigraph.state.playing === null").get<bool>());
+  tap("Home");
+  ASSERT_TRUE(browser.WaitFor("lumigraph.camera.flight === null", 20));
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 
