@@ -19,6 +19,9 @@
 namespace lumi {
 namespace {
 
+// A path is least sure at its ends, which no frames beyond hold: pictures there are to be the filmed one's similarities
+// more than elsewhere, by 1 + this.
+constexpr double kAlikeAtEnds = 30, kEnd_s = 1;
 constexpr double kBorderShare = 0.5;   // of a border point, whose depth is extended, against one of the structure
 constexpr double kScaleSlack = 0.002;  // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;  // seconds around a frame that has to follow the camera, so that it does so gently
@@ -420,6 +423,13 @@ class PathMaker {
                 ImageOf(P_[t], X + to * first + to * to * second));
   }
 
+  // 1 at the film's ends, falling to 0 within kEnd_s.
+  double NearEnd(std::size_t t) const {
+    const double frames =
+        std::min(problem_.times[t] - problem_.times.front(), problem_.times.back() - problem_.times[t]);
+    return std::max(0.0, 1 - frames / film_.fps / kEnd_s);
+  }
+
   WantedFrame Wanted(std::size_t t) const {
     WantedFrame frame;
     const double of_model = smooth_ ? 0 : 1;
@@ -427,7 +437,8 @@ class PathMaker {
     frame.weight = lasts * (of_model + follow_[t]);
     if (smooth_) {  // a model's path has its own centres, and its own pictures
       frame.parallax = lasts * follow_[t];
-      frame.alike = lasts * problem_.smoothness / SmoothnessOf(std::max(o_.cutoff_hz, o_.similar_hz), film_.fps);
+      frame.alike = lasts * problem_.smoothness / SmoothnessOf(std::max(o_.cutoff_hz, o_.similar_hz), film_.fps) *
+                    (1 + kAlikeAtEnds * NearEnd(t) * NearEnd(t));
     }
     for (WantedPoint point : points_[t]) {
       const auto filmed = ImageOf(original_[t], point.X);

@@ -275,6 +275,7 @@ const start = async () => {
     if (firstPicture === null && photos.hasNearest(state.settings.k)) {
       gl.finish();
       firstPicture = {ms: performance.now() - begun, bytes: bytesLoaded};
+      photos.begin();
     }
     const ms = performance.now() - now;
     frames.push(ms);

@@ -92,12 +92,13 @@ class PhotoGroup {
 
 const kMostGroups = 6;
 const kAtOnce = 3;    // photos on their way
+const kFirst = 8;     // photos of the first picture
 const kNearest = 24;  // photos that come first, small where they may be
 
 class Photos {
   // changed: called when a photo arrived or left.
   constructor(gl, manifest, memoryBytes, changed) {
-    Object.assign(this, {gl, manifest, changed, failed: 0, onTheirWay: 0, stopped: false});
+    Object.assign(this, {gl, manifest, changed, failed: 0, onTheirWay: 0, stopped: false, begun: false});
     this.photos = manifest.photos.map(
         (about) => ({about, detail: about.levels.map(() => ({group: null, layer: -1, loading: false}))}));
     this.groups = [];
@@ -160,12 +161,13 @@ class Photos {
   get loadedCount() {
     return this.photos.reduce((n, _, j) => n + (this.levelOf(j) >= 0), 0);
   }
-  // Whether the n nearest are there, each as sharp or small as it may be.
-  hasNearest(n) {
-    return this.order.slice(0, n).every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed);
+  // Whether the k nearest are there, each as sharp or small as it may be. k: 0 for all.
+  hasNearest(k) {
+    return this.order.slice(0, k > 0 ? Math.min(k, kFirst) : kFirst)
+        .every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed);
   }
   get finished() {
-    return this.onTheirWay === 0 && this.next() === null;
+    return this.begun && this.onTheirWay === 0 && this.next() === null;
   }
 
   // x: size, y: group, top level, shift, z: layer, w: photo (render/gl/measures_shader.cc).
@@ -199,8 +201,9 @@ class Photos {
   next() {
     const small = (j) => this.photos[j].detail.length - 1;
     const blank = (j) => this.levelOf(j) < 0 && this.lacks(j, small(j));
-    const first = this.order.slice(0, kNearest).find(blank);
+    const first = this.order.slice(0, this.begun ? kNearest : kFirst).find(blank);
     if (first !== undefined) return [first, small(first)];
+    if (!this.begun) return null;  // the first picture does not wait for more
     const used = new Map();
     for (const j of this.order) {
       const {group} = this.photos[j].detail[0], n = used.get(group) ?? 0;
@@ -226,6 +229,11 @@ class Photos {
     return layer;
   }
 
+  // The first picture has been drawn.
+  begin() {
+    this.begun = true;
+    this.pump();
+  }
   pump() {
     while (!this.stopped && this.onTheirWay < kAtOnce) {
       const wanted = this.next();

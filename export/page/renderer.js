@@ -43,7 +43,6 @@ class LumigraphRenderer {
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.noPhotos);
     gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA8, 1, 1, 1);
     this.sees = null;
-    this.seen = 0;
     this.cells = [0, 0];
   }
   setFields(values) {
@@ -139,10 +138,10 @@ class LumigraphRenderer {
     return corners.byteLength + 4 * w * h * manifest.photos.length;
   }
 
-  // Depth maps of what each photo sees of the proxy; `upTo` more of them. True: all are there.
-  addVisibility(upTo) {
+  // Depth maps of what photos see of the proxy: of those that are there and have none yet.
+  addVisibility() {
     const {gl, manifest} = this;
-    if (!manifest.visibility || this.seen >= this.count) return true;
+    if (!manifest.visibility) return;
     const [w, h] = manifest.visibility.size, columns = manifest.shaders.map_columns;
     if (!this.sees) {
       this.sees = nearestTexture(gl, gl.TEXTURE_2D);
@@ -150,19 +149,19 @@ class LumigraphRenderer {
           gl.TEXTURE_2D, 1, gl.R32F, w * Math.min(columns, this.count), h * Math.ceil(this.count / columns));
       this.oneMap = new Target(gl, [gl.R32F], {depth: true});
       this.oneMap.resize(w, h);
+      this.mapped = new Uint8Array(this.count);
     }
-    for (let n = 0; n < upTo && this.seen < this.count; ++n, ++this.seen) {
-      const p = manifest.photos[this.seen];
+    manifest.photos.forEach((p, j) => {
+      if (this.mapped[j] || this.photos.levelOf(j) < 0) return;
+      this.mapped[j] = 1;
       this.oneMap.bind();
       gl.clearBufferfv(gl.COLOR, 0, [3e38, 0, 0, 0]);
       gl.clearBufferfv(gl.DEPTH, 0, [0]);
       this.drawProxy({m: p.m, centre: p.centre, size: p.size});
       gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(gl.TEXTURE_2D, this.sees);
-      gl.copyTexSubImage2D(
-          gl.TEXTURE_2D, 0, (this.seen % columns) * w, Math.floor(this.seen / columns) * h, 0, 0, w, h);
-    }
-    return this.seen >= this.count;
+      gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, (j % columns) * w, Math.floor(j / columns) * h, 0, 0, w, h);
+    });
   }
 
   // Camera rows (PackCameras of render/gl/gl_uploads.cc), photo for photo.
@@ -257,7 +256,7 @@ class LumigraphRenderer {
   // view: {m (pixels from directions, third row unit), centre, size, gain, time_s}. The picture lies in this.picture.
   render(view, settings, show) {
     const {gl} = this, defines = this.defines(settings, show);
-    this.addVisibility(Infinity);
+    this.addVisibility();
     const [w, h] = view.size;
     this.depth.resize(w, h);
     this.depth.bind();

@@ -39,7 +39,7 @@ fs::path Desk(const fs::path& work, int photos) {
   if (fs::exists(desk / "lumigraph.json")) return desk;
   // More photos than the example's path has: taken closer to each other.
   json scene = json::parse(ExampleJson("desk"));
-  json& views = scene["cameras"][0]["path"]["views"];
+  json& views = scene["path"]["views"];
   views = std::max(photos, views.get<int>());
   const fs::path description = work / fmt::format("web-desk-{}.json", photos);
   WriteTextAtomically(description, scene.dump());
