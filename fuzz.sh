@@ -76,7 +76,7 @@ dictionary() {
 fuzz() {
   local target=$1 log=$logs/$1.log flags=(-max_len=65536 -timeout=30 -malloc_limit_mb=256 -rss_limit_mb=1024)
   # Decoders that are not ours nor instrumented: a small picture may have many pixels, and they keep what they allocate.
-  case $target in photo | video) flags=(-max_len=65536 -timeout=20 -malloc_limit_mb=600 -rss_limit_mb=2048 -detect_leaks=0) ;; esac
+  case $target in photo | video) flags=(-max_len=65536 -timeout=60 -malloc_limit_mb=600 -rss_limit_mb=2048 -detect_leaks=0) ;; esac
   if [ -n "$runs" ]; then flags+=("-runs=$runs"); else flags+=("-max_total_time=$(awk "BEGIN { print int($minutes * 60 + 0.5) }")"); fi
   mkdir -p "$corpus/$target" "$findings/$target" "$seeds/$target" "tests/fuzz/regressions/$target"
   dictionary "$target" >"$work/$target.dict"

@@ -20,7 +20,9 @@ int main(int argc, char** argv) {
       .Range(1, 20000);
   command
       .Add("--memory-mb", web.memory_mb,
-           "Most megabytes of the graphics processor's memory that the page takes; 0: by the device, at most 1024")
+           "Megabytes of the graphics processor's memory for photos, what they see, and the proxy (16 photos stay in "
+           "any "
+           "case); 0: by the device, at most 1024")
       .Default()
       .Range(0, 65536);
   command.Add("--as-scene", web.as_scene,

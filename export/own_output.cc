@@ -8,7 +8,7 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kMarkWithin = 4096;  // bytes: glTF names its parts first
+constexpr std::size_t kMarkWithin = 4096;  // bytes: in glTF a few arrays are described before its generator
 
 }  // namespace
 

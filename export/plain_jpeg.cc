@@ -6,13 +6,28 @@ namespace lumi {
 namespace {
 
 // ITU-T T.81, table B.1.
-constexpr unsigned kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kFirstRestart = 0xD0, kLastRestart = 0xD7;
+constexpr unsigned kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kFirstRestart = 0xD0, kLastRestart = 0xD7, kAlone = 0x01;
 constexpr unsigned kJfif = 0xE0, kAdobe = 0xEE, kFirstApp = 0xE0, kLastApp = 0xEF, kComment = 0xFE;
 
-// Adobe's says how colours are coded.
-bool Matters(unsigned marker) {
-  if (marker == kJfif || marker == kAdobe) return true;
-  return marker != kComment && (marker < kFirstApp || marker > kLastApp);
+// What a segment, its marker and length included, leaves of itself. Adobe's says how colours are coded; JFIF's may hold
+// a thumbnail behind its first 14 bytes, whose sides are the last two of these.
+std::string Left(unsigned marker, std::string segment) {
+  constexpr std::size_t kJfifBytes = 4 + 14;
+  if (marker == kJfif) {
+    if (segment.size() < kJfifBytes || segment.compare(4, 5, std::string("JFIF\0", 5)) != 0) return {};
+    segment.resize(kJfifBytes);
+    segment[2] = 0;
+    segment[3] = static_cast<char>(kJfifBytes - 2);
+    segment[kJfifBytes - 2] = segment[kJfifBytes - 1] = 0;
+    return segment;
+  }
+  return marker == kAdobe || (marker != kComment && (marker < kFirstApp || marker > kLastApp)) ? segment
+                                                                                               : std::string();
+}
+
+// Without a length: they stand in a scan, or nowhere.
+bool IsAlone(unsigned marker) {
+  return marker == 0 || marker == kAlone || marker == kStart || (marker >= kFirstRestart && marker <= kLastRestart);
 }
 
 }  // namespace
@@ -34,10 +49,10 @@ std::optional<std::string> PlainJpeg(const std::string& file) {
       if (!scanned) return std::nullopt;
       return plain + file.substr(at, 2);
     }
-    if (at + 3 >= size) return std::nullopt;
+    if (IsAlone(marker) || at + 3 >= size) return std::nullopt;
     const std::size_t length = byte(at + 2) << 8 | byte(at + 3);
     if (length < 2 || at + 2 + length > size) return std::nullopt;
-    if (Matters(marker)) plain += file.substr(at, 2 + length);
+    plain += Left(marker, file.substr(at, 2 + length));
     at += 2 + length;
     if (marker != kScan) continue;
     // Coded numbers, up to the next marker that is none of theirs.

@@ -25,7 +25,6 @@ constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
-constexpr int kBestCoded = 96;
 constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
 // Mean difference of code values between two decoders of one JPEG; more, and a photo was turned, corrected, or brought
 // to sRGB when it was read.
@@ -54,19 +53,25 @@ std::optional<std::string> OwnJpeg(const Scene& scene, int view, const Image8& p
   const std::optional<std::string> plain =
       PlainJpeg(ReadText(scene.ImagePath(scene.views[static_cast<std::size_t>(view)])));
   if (!plain) return std::nullopt;
-  const Image8 decoded = DecodeJpeg(*plain);
-  if (decoded.width != photo.width || decoded.height != photo.height) return std::nullopt;
+  Image8 decoded;
+  try {
+    decoded = DecodeJpeg(*plain);
+  } catch (const std::exception&) {  // a kind of JPEG that this decoder, or a browser's, does not know
+    return std::nullopt;
+  }
+  if (decoded.width != photo.width || decoded.height != photo.height || decoded.data.size() != photo.data.size())
+    return std::nullopt;
   double sum = 0;
   for (std::size_t i = 0; i < decoded.data.size(); ++i) sum += std::abs(decoded.data[i] - photo.data[i]);
   if (sum > kSameCodes * static_cast<double>(decoded.data.size())) return std::nullopt;
   return plain;
 }
 
-std::string JpegOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& size, int quality) {
+PagePhoto PhotoOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& size, int quality) {
   const Image8& photo = Pixels(lumigraph, view);
   if (quality == kAsTheyAre && size == Eigen::Vector2i(photo.width, photo.height))
-    if (std::optional<std::string> own = OwnJpeg(lumigraph.scene(), view, photo)) return std::move(*own);
-  return EncodeJpeg(Resize(photo, size.x(), size.y()), quality == kAsTheyAre ? kBestCoded : quality);
+    if (std::optional<std::string> own = OwnJpeg(lumigraph.scene(), view, photo)) return {std::move(*own), true, size};
+  return {EncodeJpeg(Resize(photo, size.x(), size.y()), quality == kAsTheyAre ? kBestCoded : quality), false, size};
 }
 
 // Of all photos that a reduction keeps, by those of some.
@@ -77,15 +82,16 @@ double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   for (std::size_t i = step / 2; i < kept.size(); i += step, ++n) {
     const Image8& photo = Pixels(lumigraph, kept[i]);
     const Eigen::Vector2i size = Scaled({photo.width, photo.height}, r.scale);
-    bytes += static_cast<double>(JpegOf(lumigraph, kept[i], size, r.quality).size());
+    bytes += static_cast<double>(PhotoOf(lumigraph, kept[i], size, r.quality).jpeg.size());
   }
   return bytes / n * static_cast<double>(kept.size());
 }
 
-// Mean over the judges, of the pixels that are seen.
-double HeldOutDb(const Lumigraph& lumigraph, const PhotoReduction& reduction, ProgressSink& sink) {
+// Mean over the judges, of the pixels that are seen. Also counts the reduction's own files.
+double HeldOutDb(const Lumigraph& lumigraph, PhotoReduction& reduction, ProgressSink& sink) {
   const Scene& whole = lumigraph.scene();
   const ReducedPhotos reduced = Reduce(lumigraph, reduction, sink);
+  reduction.own = reduced.reduction.own;
   std::vector<Photo> photos(reduced.photos.size());
   ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) photos[i].levels = BuildPyramid(DecodeJpeg(reduced.photos[i].jpeg));
@@ -130,6 +136,7 @@ std::string EncodeJpeg(const Image8& image, int quality) {
 Image8 DecodeJpeg(const std::string& jpeg) {
   const std::vector<std::uint8_t> bytes(jpeg.begin(), jpeg.end());
   cv::Mat bgr = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  if (bgr.empty()) throw std::runtime_error("a JPEG that cannot be decoded");
   Image8 image(bgr.cols, bgr.rows, 3);
   cv::Mat rgb(image.height, image.width, CV_8UC3, image.data.data());
   cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
@@ -157,10 +164,11 @@ ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction
   ParallelFor(reduced.view.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector2i size = SizePx(reduced.scene, reduced.scene.views[i]);
-      reduced.photos[i] = {JpegOf(lumigraph, reduced.view[i], size, reduction.quality), size};
+      reduced.photos[i] = PhotoOf(lumigraph, reduced.view[i], size, reduction.quality);
       progress.Step();
     }
   });
+  reduced.reduction.own = static_cast<int>(std::ranges::count(reduced.photos, true, &PagePhoto::own));
   return reduced;
 }
 
@@ -173,7 +181,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
     if (every > 1 && lumigraph.scene().views.size() / static_cast<std::size_t>(every) < 8) break;
     for (double scale : kScales) {
       if (max_width_px > 0) scale = std::min(scale, static_cast<double>(max_width_px) / widest);
-      // The best quality that fits; nothing is gained by more of it than the first.
+      // The best quality that fits.
       for (const int quality : kQualities) {
         if (quality == kAsTheyAre && scale < 1) continue;
         PhotoReduction r{every, scale, quality};
@@ -189,7 +197,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
     }
     if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= 1 - 1e-9 &&
         fitting.back().quality >= kBestCoded)
-      break;  // all of them fit as they are
+      break;  // all of them fit at their size, hardly coarser
   }
   if (fitting.empty())
     throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",

@@ -14,6 +14,7 @@ namespace lumi {
 // A photo as the page has it.
 struct PagePhoto {
   std::string jpeg;
+  bool own = false;  // the photo's own file
   Eigen::Vector2i size_px;
 };
 

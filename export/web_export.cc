@@ -65,7 +65,8 @@ void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const
 }  // namespace
 
 void ListKeys(JsonKeys& j, PhotoReduction& r) {
-  j("every", r.every, "scale", r.scale, "quality", r.quality, "mb", r.mb, "psnr_seen_db", r.psnr_db);
+  j("every", r.every, "scale", r.scale, "quality", r.quality, "own_files", r.own, "mb", r.mb, "psnr_seen_db",
+    r.psnr_db);
 }
 
 void ListKeys(JsonKeys& j, WebSummary& s) {
@@ -73,18 +74,22 @@ void ListKeys(JsonKeys& j, WebSummary& s) {
     "mb", s.mb, "chosen", s.chosen, "tried", s.tried, "seconds", s.seconds);
 }
 
+std::string DescribeQuality(const PhotoReduction& r, int photos) {
+  if (r.own == photos) return "as they are";
+  const std::string coded = fmt::format("JPEG quality {}", std::min(r.quality, kBestCoded));
+  return r.own == 0 ? coded : fmt::format("{} of them as they are, else {}", r.own, coded);
+}
+
 std::string Describe(const WebSummary& s) {
   std::string text;
   if (!s.output.empty())
-    text = fmt::format(
-        "{}: {:.1f} MB, {} of {} photos at {:.0f} % of their width, {}, {} faces\n", s.output, s.mb, s.photos,
-        s.photos_of_scene, 100 * s.chosen.scale,
-        s.chosen.quality == kAsTheyAre ? "as they are" : fmt::format("JPEG quality {}", s.chosen.quality), s.faces);
+    text = fmt::format("{}: {:.1f} MB, {} of {} photos at {:.0f} % of their width, {}, {} faces\n", s.output, s.mb,
+                       s.photos, s.photos_of_scene, 100 * s.chosen.scale, DescribeQuality(s.chosen, s.photos), s.faces);
   text += "  MB      held out (seen pixels)  photos        width  quality\n";
   for (const PhotoReduction& r : s.tried)
     text += fmt::format("{:6.1f}  {:12.2f} dB         {:12}  {:5.0f} %  {:>5}\n", r.mb, r.psnr_db,
                         r.every == 1 ? "all" : fmt::format("one of {}", r.every), 100 * r.scale,
-                        r.quality == kAsTheyAre ? "as is" : fmt::format("{}", r.quality));
+                        r.own > 0 ? "as is" : fmt::format("{}", std::min(r.quality, kBestCoded)));
   return text;
 }
 

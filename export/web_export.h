@@ -24,8 +24,8 @@ struct WebOptions {
   bool tradeoff = false;           // instead of a page: megabytes against held-out error
 };
 
-// The photos' own files, where they are JPEGs; the finest coding else.
-inline constexpr int kAsTheyAre = 100;
+// JPEG's qualities: of the photos' own files, where they are JPEGs whose pixels are the photo's, and kBestCoded else.
+inline constexpr int kAsTheyAre = 100, kBestCoded = 96;
 
 // One way to make photos smaller.
 struct PhotoReduction {
@@ -33,9 +33,12 @@ struct PhotoReduction {
   double scale = 1;    // of a photo's sides
   int quality = 90;    // of JPEG; kAsTheyAre
   double mb = 0;       // of the page with them
+  int own = 0;         // photos whose own files are taken
   double psnr_db = 0;  // held-out photos, over the pixels that are seen; 0: not measured
 };
 void ListKeys(JsonKeys& j, PhotoReduction& r);
+// "as they are", "JPEG quality 85".
+std::string DescribeQuality(const PhotoReduction& r, int photos);
 
 struct WebSummary {
   std::string output, proxy;

@@ -188,11 +188,11 @@ json Photos(const ReducedPhotos& reduced, const Sources& sources, bool previews,
   return photos;
 }
 
-std::string Reduced(const PhotoReduction& r) {
+std::string Reduced(const PhotoReduction& r, int photos) {
   std::string text;
   if (r.every > 1) text += fmt::format("one photo of {}, ", r.every);
   if (r.scale < 1) text += fmt::format("photos at {:.0f} % of their width, ", 100 * r.scale);
-  return text + (r.quality == kAsTheyAre ? "photos as they are" : fmt::format("JPEG quality {}", r.quality));
+  return text + DescribeQuality(r, photos);
 }
 
 // Of text inside a <script>: what could end it.
@@ -226,7 +226,7 @@ WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, co
             {"settings", Settings(settings)},
             {"terms", Terms(settings, fields)},
             {"shaders", Shaders()},
-            {"reduced", Reduced(reduced.reduction)}};
+            {"reduced", Reduced(reduced.reduction, static_cast<int>(reduced.photos.size()))}};
   if (options.memory_mb > 0) j["memory_mb"] = options.memory_mb;
   j["near"] = kNearest * j["typical_depth"].get<double>();
   j["proxy"] = {{"name", lumigraph.proxy_name()},  {"vertices", mesh.mesh.vertices.size()},

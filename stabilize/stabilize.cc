@@ -21,7 +21,7 @@ namespace {
 
 // A path is least sure at its ends, which no frames beyond hold: pictures there are to be the filmed one's similarities
 // more than elsewhere, by 1 + this.
-constexpr double kAlikeAtEnds = 30, kEnd_s = 1;
+constexpr double kAlikeAtEnds = 30, kEnd_s = 0.1;
 constexpr double kBorderShare = 0.5;   // of a border point, whose depth is extended, against one of the structure
 constexpr double kScaleSlack = 0.002;  // of min_scale: half a pixel of 500
 constexpr double kSpread_s = 0.35;  // seconds around a frame that has to follow the camera, so that it does so gently

@@ -307,6 +307,7 @@ const start = async () => {
     memoryMb,
     frames,
     orderFor,
+    home,
     poseText: () => poseText(camera.pose),
     // Of the fly-through, share 0 to 1.
     viewAlong(share, w, h) {

@@ -161,7 +161,7 @@ class Photos {
   get loadedCount() {
     return this.photos.reduce((n, _, j) => n + (this.levelOf(j) >= 0), 0);
   }
-  // Whether the k nearest are there, each as sharp or small as it may be. k: 0 for all.
+  // Whether the k nearest are there, each as sharp or small as it may be; kFirst of them where k is more, or 0 (all).
   hasNearest(k) {
     return this.order.slice(0, k > 0 ? Math.min(k, kFirst) : kFirst)
         .every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed);
@@ -200,7 +200,7 @@ class Photos {
   // then small ones of the rest. null: nothing is left.
   next() {
     const small = (j) => this.photos[j].detail.length - 1;
-    const blank = (j) => this.levelOf(j) < 0 && this.lacks(j, small(j));
+    const blank = (j) => this.levelOf(j) < 0 && this.lacks(j, small(j)) && this.freeLayer(j, small(j)) >= 0;
     const first = this.order.slice(0, this.begun ? kNearest : kFirst).find(blank);
     if (first !== undefined) return [first, small(first)];
     if (!this.begun) return null;  // the first picture does not wait for more
@@ -212,7 +212,7 @@ class Photos {
       if (this.lacks(j, 0)) return [j, 0];
     }
     // Those without a small one have had their turn.
-    const rest = this.order.find((j) => small(j) > 0 && blank(j) && this.freeLayer(j, small(j)) >= 0);
+    const rest = this.order.find((j) => small(j) > 0 && blank(j));
     return rest === undefined ? null : [rest, small(rest)];
   }
   // A layer of nobody, or of who is farthest from the view, if that is farther than this one; -1: none.

@@ -135,7 +135,8 @@ class LumigraphRenderer {
   // What stays on the graphics processor beside photos: the proxy, and what each photo sees of it.
   static bytesFor(manifest, corners) {
     const [w, h] = manifest.visibility ? manifest.visibility.size : [0, 0];
-    return corners.byteLength + 4 * w * h * manifest.photos.length;
+    const n = manifest.photos.length, columns = manifest.shaders.map_columns;
+    return corners.byteLength + 4 * w * Math.min(columns, n) * h * Math.ceil(n / columns);
   }
 
   // Depth maps of what photos see of the proxy: of those that are there and have none yet.

@@ -2,8 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <atomic>
 #include <numeric>
+#include <utility>
 
 #include "scene/program/parallel.h"
 

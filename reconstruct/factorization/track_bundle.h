@@ -1,5 +1,4 @@
-// What the projective and the metric bundle adjustment have in common: points on spheres, of tracks that may be cut,
-// and how Ceres is told to go about them.
+// The metric bundle adjustment's points on spheres, of tracks that may be cut, and how Ceres is told to go about them.
 #pragma once
 
 #include <ceres/loss_function.h>

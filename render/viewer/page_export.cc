@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "scene/program/error.h"
-#include "scene/program/interrupt.h"
 #include "scene/program/sibling.h"
 
 namespace lumi {
@@ -37,21 +35,13 @@ PageExport::PageExport(std::filesystem::path scene, std::string proxy, std::file
 PageExport::~PageExport() { thread_.join(); }
 
 void PageExport::Work(const std::filesystem::path& scene, const std::string& proxy) {
-  std::string problem;
   try {
     Listener listener(*this);
     std::vector<std::string> arguments{"web", scene.string(), "-o", file_.string()};
     if (!proxy.empty()) arguments.insert(arguments.end(), {"--proxy", proxy});
     mb_ = RunSibling({"lumi-export", arguments, "", ""}, listener).summary.As<PageSummary>().mb;
-  } catch (const Error& e) {
-    problem = e.file().empty() ? e.what() : e.file().string() + ": " + e.what();
-    if (!e.hint().empty()) problem += " (" + e.hint() + ")";
-  } catch (const std::exception& e) {
-    problem = e.what();
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    problem_ = problem;
+  } catch (...) {
+    problem_ = std::current_exception();
   }
   ended_ = true;
 }
@@ -66,9 +56,9 @@ std::string PageExport::task() const {
   return task_;
 }
 
-std::string PageExport::problem() const {
-  const std::lock_guard lock(mutex_);
-  return problem_;
+double PageExport::Result() const {
+  if (problem_) std::rethrow_exception(problem_);
+  return mb_;
 }
 
 }  // namespace lumi

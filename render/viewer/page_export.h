@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <filesystem>
 #include <mutex>
 #include <string>
@@ -21,9 +22,9 @@ class PageExport {
 
   bool ended() const { return ended_; }
   const std::filesystem::path& file() const { return file_; }
-  std::string task() const;          // what it is at, "encoding photos 12/24"
-  double mb() const { return mb_; }  // once it ended
-  std::string problem() const;       // once it ended: why there is no page; empty: there is
+  std::string task() const;  // what it is at, "encoding photos 12/24"
+  // Once it ended: the page's megabytes; throws what lumi-export said where there is none.
+  double Result() const;
 
  private:
   class Listener;
@@ -32,7 +33,8 @@ class PageExport {
 
   const std::filesystem::path file_;
   mutable std::mutex mutex_;
-  std::string task_, problem_;
+  std::string task_;
+  std::exception_ptr problem_;
   double mb_ = 0;
   std::atomic<bool> ended_{false};
   std::thread thread_;

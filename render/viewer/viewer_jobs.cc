@@ -154,8 +154,8 @@ void Viewer::StepExport() {
   const std::unique_ptr<PageExport> ended = std::move(jobs_.page_export);
   facts_.exporting.clear();
   try {
-    if (!ended->problem().empty()) throw MachineError("no web page: " + ended->problem());
-    if (!script_.given) Say(fmt::format("wrote {}, {:.1f} MB", ended->file().string(), ended->mb()));
+    const double mb = ended->Result();
+    if (!script_.given) Say(fmt::format("wrote {}, {:.1f} MB", ended->file().string(), mb));
   } catch (const Error& e) {
     Complain(e);
   }

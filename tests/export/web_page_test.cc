@@ -182,8 +182,14 @@ TEST(WebPage, FollowsKeys) {
                       20));
   tap("KeyW");
   EXPECT_TRUE(browser.Evaluate("lumigraph.state.playing === null").get<bool>());
+  const auto from_home = [&] {
+    return browser.Evaluate("Math.hypot(...lumigraph.camera.centre.map((c, i) => c - lumigraph.home.centre[i]))")
+        .get<double>();
+  };
+  ASSERT_GT(from_home(), 1e-3);
   tap("Home");
   ASSERT_TRUE(browser.WaitFor("lumigraph.camera.flight === null", 20));
+  EXPECT_LT(from_home(), 1e-9);
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 
@@ -301,6 +307,26 @@ TEST(WebPage, PlaysWhatRepeatsAndStreamsThePhotosOfThePhase) {
   const double stopped = browser.Evaluate("lumigraph.state.time_s");
   browser.Evaluate("new Promise((resolve) => setTimeout(resolve, 300))");
   EXPECT_EQ(browser.Evaluate("lumigraph.state.time_s").get<double>(), stopped);
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+TEST(WebPage, ComesToRestWhereItsMemoryHoldsFewerPhotosThanItHas) {
+  SKIP_WITHOUT_BROWSER();
+  constexpr int kMany = 30;  // of one size, of which 16 stay in any case
+  const SimulatedCapture desk("desk", kMany, 64);
+  const fs::path page = desk / "desk.html";
+  const ProgramResult made = RunProgram({"lumi-export", "web", desk.path().string(), "-o", page.string(), "--quiet"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  Chromium& browser = At("file://" + page.string() + "?memory-mb=1");
+  EXPECT_EQ(browser.Evaluate("lumigraph.photos.loadedCount").get<int>(), 16);
+  // The nearest are those that are there, after a jump too.
+  browser.Evaluate("lumigraph.actions.jump(29, 0)");
+  ASSERT_TRUE(
+      browser.WaitFor("!lumigraph.state.dirty && lumigraph.photos.finished && lumigraph.photos.levelOf(29) >= 0"));
+  EXPECT_EQ(
+      browser.Evaluate("lumigraph.photos.order.slice(0, 16).filter((j) => lumigraph.photos.levelOf(j) < 0).length")
+          .get<int>(),
+      0);
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 

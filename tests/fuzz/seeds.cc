@@ -190,6 +190,7 @@ void WritePictureSeeds(const fs::path& out) {
     const fs::path file = out / "photo" / (std::string("small.") + ending);
     WriteImage(file, picture);
   }
+  WriteImage(out / "plain_jpeg" / "small.jpg", picture, 80, 6);  // its orientation stands in EXIF
   ImageF linear(8, 6, 3);
   for (std::size_t i = 0; i < linear.data.size(); ++i) linear.data[i] = 0.01F * static_cast<float>(i);
   for (const char* ending : {"exr", "hdr"}) WriteImage(out / "photo" / (std::string("linear.") + ending), linear);

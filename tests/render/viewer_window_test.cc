@@ -228,7 +228,7 @@ TEST_F(ViewerWindow, ExportsAWebPageAndSaysWhyNot) {
   // Somebody else's stays, and is named.
   WriteTextAtomically(page, "dear");
   const Result refused = RunViewer({"--script", "export-page " + page.string()});
-  EXPECT_EQ(refused.exit_code, 4) << refused.messages;
+  EXPECT_EQ(refused.exit_code, 2) << refused.messages;
   EXPECT_THAT(refused.messages, testing::HasSubstr("no page of ours"));
   EXPECT_EQ(ReadText(page), "dear");
 }
