@@ -34,7 +34,7 @@ done
 mapfile -t known < <(all_targets)
 [ ${#targets[@]} -gt 0 ] || targets=("${known[@]}")
 for target in "${targets[@]}"; do
-  printf '%s\n' "${known[@]}" | grep -qx -- "$target" || die "there is no target $target (see --list)" 2
+  [[ " ${known[*]} " == *" $target "* ]] || die "there is no target $target (see --list)" 2
 done
 
 install_packages clang libclang-rt-dev llvm
