@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "reconstruct/factorization/schur_system.h"
+#include "scene/geometry/levenberg_marquardt.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
@@ -45,10 +46,6 @@ Basis TangentsAt(const Eigen::Vector4d& X) {
   return Eigen::Matrix4d::Identity().leftCols<3>() - (2 / v.squaredNorm()) * v * v.head<3>().transpose();
 }
 
-struct Robust {
-  double cost, weight;  // of half a squared residual; its derivative
-};
-
 class ProjectiveAdjustment {
  public:
   ProjectiveAdjustment(const ImagePoints& points, const ProjectiveModel& model, const BundleOptions& options,
@@ -64,19 +61,15 @@ class ProjectiveAdjustment {
     std::vector<SchurSystem::Link> links;
     for (std::size_t t = 0; t < model.X.size(); ++t) {
       if (!model.solved[t]) continue;
-      const TrackPieces pieces = CutTrack(points, model, t, options);
-      int piece = -1;
-      for (std::size_t k = 0; k < points.tracks[t].size(); ++k) {
-        const Sight& sight = points.tracks[t][k];
-        const auto f = static_cast<std::size_t>(sight.frame);
-        if (!model.inlier[t][k] || !model.placed[f]) continue;
-        if (const int now = pieces.Of(sight.frame); now != piece) {
-          piece = now;
-          pieces_.push_back({t, now == pieces.count / 2, model.X[t].normalized()});
-        }
-        links.push_back({camera_of_[f], static_cast<int>(pieces_.size()) - 1});
-        sights_.push_back(&sight);
-      }
+      EachPiece(
+          points, model, t, options,
+          [&](bool middle) {
+            pieces_.push_back({t, middle, model.X[t].normalized()});
+          },
+          [&](const Sight& sight) {
+            links.push_back({camera_of_[static_cast<std::size_t>(sight.frame)], static_cast<int>(pieces_.size()) - 1});
+            sights_.push_back(&sight);
+          });
     }
     system_ = std::make_unique<SchurSystem>(static_cast<int>(frame_of_.size()), static_cast<int>(pieces_.size()),
                                             std::move(links));
@@ -136,19 +129,20 @@ class ProjectiveAdjustment {
  private:
   static constexpr double kRounding = 1e-15;  // of the cost: less cannot be told
 
-  Robust LossOf(double squared) const {
+  // Of a squared residual.
+  RobustLoss LossOf(double squared) const {
     const double scale2 = options_.scale_px * options_.scale_px;
     switch (options_.loss) {
       case BundleOptions::Loss::kNone: break;
       case BundleOptions::Loss::kHuber:
         if (squared > scale2) {
           const double r = std::sqrt(squared);
-          return {options_.scale_px * r - scale2 / 2, options_.scale_px / r};
+          return {2 * options_.scale_px * r - scale2, options_.scale_px / r};
         }
         break;
-      case BundleOptions::Loss::kCauchy: return {scale2 * std::log1p(squared / scale2) / 2, 1 / (1 + squared / scale2)};
+      case BundleOptions::Loss::kCauchy: return Cauchy(squared, scale2);
     }
-    return {squared / 2, 1};
+    return {squared, 1};
   }
 
   // Predictions of all sights too. Sums go piece by piece: the same for any number of threads.
@@ -164,7 +158,7 @@ class ProjectiveAdjustment {
           to.scale = points_.px_per_unit[f] / q.z();
           to.y = q.head<2>() / q.z();
           to.r = (to.y - sights_[k]->x) * points_.px_per_unit[f];
-          const Robust loss = LossOf(to.r.squaredNorm());
+          const RobustLoss loss = LossOf(to.r.squaredNorm());
           to.weight = loss.weight;
           sum += loss.cost;
         }
@@ -173,7 +167,7 @@ class ProjectiveAdjustment {
     });
     double sum = 0;
     for (const double c : piece_cost_) sum += c;
-    return sum;
+    return sum / 2;
   }
 
   // The equations at P_ and pieces_, whose predictions are there where their cost was the last one asked for.

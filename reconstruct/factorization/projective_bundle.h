@@ -31,6 +31,24 @@ struct TrackPieces {
 TrackPieces CutTrack(const ImagePoints& points, const ProjectiveModel& used, std::size_t track,
                      const BundleOptions& options);
 
+// The sights of a track that are in use, and where another piece of it begins, before its first one: begin(is_middle),
+// sight(sight). The middle piece's point is the track's.
+template <typename Begin, typename Each>
+void EachPiece(const ImagePoints& points, const ProjectiveModel& used, std::size_t track, const BundleOptions& options,
+               const Begin& begin, const Each& each) {
+  const TrackPieces pieces = CutTrack(points, used, track, options);
+  int piece = -1;
+  for (std::size_t k = 0; k < points.tracks[track].size(); ++k) {
+    const Sight& sight = points.tracks[track][k];
+    if (!used.inlier[track][k] || !used.placed[static_cast<std::size_t>(sight.frame)]) continue;
+    if (const int now = pieces.Of(sight.frame); now != piece) {
+      piece = now;
+      begin(now == pieces.count / 2);
+    }
+    each(sight);
+  }
+}
+
 struct BundleSummary {
   bool usable = false;  // false: nothing was changed
   bool converged = false;

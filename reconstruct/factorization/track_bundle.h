@@ -43,22 +43,18 @@ class TrackBundle {
   void AddPoints(const std::vector<Eigen::Vector4d>& start, std::vector<Eigen::Vector4d>& X, const Add& add) {
     for (std::size_t t = 0; t < X.size(); ++t) {
       if (!used_.solved[t]) continue;
-      const TrackPieces pieces = CutTrack(points_, used_, t, options_);
-      int piece = -1;
       Eigen::Vector4d* point = nullptr;
-      for (std::size_t k = 0; k < points_.tracks[t].size(); ++k) {
-        const Sight& sight = points_.tracks[t][k];
-        const auto f = static_cast<std::size_t>(sight.frame);
-        if (!used_.inlier[t][k] || !used_.placed[f]) continue;
-        if (const int now = pieces.Of(sight.frame); now != piece) {
-          piece = now;
-          point = now == pieces.count / 2 ? &X[t] : &more_.emplace_back(start[t]);
-          point->normalize();
-          problem_.AddParameterBlock(point->data(), 4, &point_sphere_);
-          ordering_->AddElementToGroup(point->data(), 0);
-        }
-        add(problem_, loss_.get(), sight, f, point->data());
-      }
+      EachPiece(
+          points_, used_, t, options_,
+          [&](bool middle) {
+            point = middle ? &X[t] : &more_.emplace_back(start[t]);
+            point->normalize();
+            problem_.AddParameterBlock(point->data(), 4, &point_sphere_);
+            ordering_->AddElementToGroup(point->data(), 0);
+          },
+          [&](const Sight& sight) {
+            add(problem_, loss_.get(), sight, static_cast<std::size_t>(sight.frame), point->data());
+          });
     }
   }
 

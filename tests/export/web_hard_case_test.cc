@@ -16,14 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSamePictureDb = 40;  // over covered pixels; two decoders of JPEG, weights in float
-constexpr double kEdge = 0.005;        // of the pixels: at silhouettes a rasteriser and a tracer may disagree
+constexpr double kEdge = 0.005;  // of the pixels: at silhouettes a rasteriser and a tracer may disagree
 // Where faces are seen along their plane more pixels are silhouettes.
 constexpr double kManyEdges = 0.02;
 constexpr int kPhotos = 6, kWidth = 240, kHeight = 180;
-
-#define SKIP_WITHOUT_BROWSER() \
-  if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
 
 const SimulatedCapture& Capture(const std::string& example) {
   static std::map<std::string, std::unique_ptr<SimulatedCapture>> made;

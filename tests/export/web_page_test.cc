@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::IsEmpty;
 
-constexpr double kSamePictureDb = 40;  // over covered pixels; JPEGs are decoded by two libraries, weights are in float
 constexpr int kPhotos = 6;
 
 // A desk of six photos, its page, and the page's data as a scene.
@@ -57,9 +56,6 @@ Chromium& At(const std::string& url) {
   return browser;
 }
 Chromium& AtDesk() { return At("file://" + Desk().page().string()); }
-
-#define SKIP_WITHOUT_BROWSER() \
-  if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
 
 TEST(WebPage, ShowsWhatTheRendererShows) {
   SKIP_WITHOUT_BROWSER();

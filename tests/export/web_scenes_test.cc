@@ -14,14 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSamePictureDb = 40;  // over covered pixels; two decoders of JPEG, weights in float
-constexpr double kEdge = 0.01;         // of the pixels: at silhouettes a rasteriser and a tracer may disagree
+constexpr double kEdge = 0.01;  // of the pixels: at silhouettes a rasteriser and a tracer may disagree
 const fs::path kData = fs::path(LUMI_SOURCE_DIR) / ".." / "shared" / "data";
 constexpr double kMostSeconds = 1200;   // of a program, on a busy machine
 constexpr double kStreamedBytes = 2e6;  // to the first picture
-
-#define SKIP_WITHOUT_BROWSER() \
-  if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
 
 Chromium& Browser() {
   static Chromium browser(800, 600);

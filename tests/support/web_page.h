@@ -10,6 +10,13 @@
 
 namespace lumi {
 
+// At the beginning of a test.
+#define SKIP_WITHOUT_BROWSER() \
+  if (!Chromium::IsThere()) GTEST_SKIP() << "no Chromium is installed (Debian's package chromium)"
+
+// Over covered pixels: two decoders of JPEG, and weights in float.
+inline constexpr double kSamePictureDb = 40;
+
 // A page's data as a scene (lumi-export --as-scene), drawn by the CPU renderer with the effects that the page has on.
 class SceneBeside {
  public:
