@@ -2,6 +2,7 @@
 
 #include "render/commands/render_command.h"
 #include "render/commands/settings_line.h"
+#include "render/tradeoff/methods.h"
 #include "render/tradeoff/tradeoff.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/main_program.h"
@@ -14,6 +15,7 @@ using namespace lumi;
 struct Line {
   RenderOptions render;
   MeasureOptions measure;
+  MethodsOptions methods;
   std::filesystem::path settings_file;
   bool ablation = false, properties = false, time_windows = false;
 };
@@ -171,6 +173,23 @@ void AddTradeoff(Options command, Line& line) {
               "held-out views");
 }
 
+void AddMethods(Options command, Line& line) {
+  MethodsOptions& m = line.methods;
+  command.Add("scene", m.scene, "Scene folder, COLMAP workspace or transforms.json").Required();
+  command.Add("-o,--output", m.output, "Folder for methods.json, .csv, .svg and methods-views.csv");
+  command.Add("--proxy", m.proxies, "Proxy that all of them blend over; default: the active one").OneEach();
+  command.Add("--methods", m.methods, "Those that are compared; default: all").OneEach().OneOf(MethodNames());
+  command.Add("--width", m.width_px, "Width of the frames, pixels; default: the photos', at most 1024")
+      .Range(1, kMaxPictureSide);
+  command
+      .Add("--holdout", m.holdout,
+           "Every N-th photo is held out; settings are chosen on N/2, N/2+N ... and reported on 0, N ... Of fewer than "
+           "24 photos each is left out in turn, settings are chosen on every second and reported on the others")
+      .Default();
+  command.Add("--views", m.most_views, "Held-out photos that are reported on, at most").Range(1, 100000).Default();
+  command.Add("--repeats", m.repeats, "Timed frames a view, after a warm-up").Default();
+}
+
 Answer RunMeasuring(const Line& line, ProgressSink& progress) {
   const RenderOptions& o = line.render;
   MeasureOptions m = line.measure;
@@ -192,6 +211,9 @@ Answer RunMeasuring(const Line& line, ProgressSink& progress) {
   m.decided = o.decided;
   m.rescale_cameras = o.rescale_cameras;
   if (line.properties) return RunProperties(m, progress);
+  if (o.settings.method != Algorithm::kUlr)
+    throw UsageError("tradeoff turns this renderer's own settings: --method does not go with it",
+                     "lumi-render methods compares published methods");
   if (line.time_windows) return RunTimeWindows(m, progress);
   return line.ablation ? RunAblation(m, progress) : RunTradeoff(m, progress);
 }
@@ -227,6 +249,18 @@ int main(int argc, char** argv) {
                                  return measure();
                                }),
                line.measure);
+  AddMethods(program.Command("methods",
+                             "This renderer beside twelve published methods: held-out error and time, each with the "
+                             "settings that the choosing fold prefers",
+                             [&] {
+                               read();
+                               line.methods.settings = line.render.settings;
+                               line.methods.effects = line.render.effects;
+                               line.methods.decided = line.render.decided;
+                               line.methods.rescale_cameras = line.render.rescale_cameras;
+                               return RunMethods(line.methods, program.progress());
+                             }),
+             line);
   program.RunAndExit(argc, argv, [&] {
     read();
     if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "render/comparators/comparators.h"
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/image_io.h"
@@ -35,8 +36,25 @@ void RequireFidelityAlone(const RenderOptions& o) {
         "--fidelity-db is held against the identity at every pixel: --similarity full does not go with it");
 }
 
+// A published method: weights at every pixel on the CPU, and nothing that is measured in this renderer's own terms.
+void RequirePublished(const RenderOptions& o) {
+  if (o.settings.method == Algorithm::kUlr) {
+    for (const char* name : {"method-photos", "method-parameter"})
+      if (o.decided.Has(name)) throw UsageError(fmt::format("--{} goes with --method", name));
+    return;
+  }
+  const auto refuse = [&](const std::string& what) {
+    throw UsageError(fmt::format("{} does not go with --method {}", what, Name(o.settings.method)));
+  };
+  if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.budget_ms) refuse("--budget-ms");
+  if (o.fidelity_db) refuse("--fidelity-db");
+  if (MeasureFromName(o.show) || o.show == "tessellation") refuse("--show " + o.show);
+}
+
 void RequireTogether(const RenderOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  RequirePublished(o);
   if (o.backend == "gl" && (!o.budget_ms || o.decided.Has("grid"))) RequireDrawnByGl(o.settings);
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <mutex>
 
+#include "render/comparators/comparators.h"
 #include "render/cpu/blend.h"
 #include "scene/program/parallel.h"
 
@@ -27,6 +28,11 @@ std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup)
 OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                            const VisibilityMaps* visibility, const PixelSources& blended,
                            const std::function<bool()>& stop, ImageF& image) {
+  if (setup.settings.method != Algorithm::kUlr && !setup.method) {
+    ViewSetup published = setup;
+    published.method = MakeComparator(sources, proxy, setup);
+    return RenderPixels(sources, published, proxy, visibility, blended, stop, image);
+  }
   const std::vector<float> gains = RelativeGains(sources, setup);
   const int width = image.width, height = image.height;
   const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;

@@ -101,6 +101,9 @@ class GlRenderer final : public WorldRenderer {
 }  // namespace
 
 void RequireDrawnByGl(const RadianceSettings& s) {
+  if (s.method != Algorithm::kUlr)
+    throw UsageError("OpenGL draws this renderer's own weights only, not --method " + std::string(Name(s.method)),
+                     "use --backend cpu");
   if (s.similarity == Similarity::kFull && !s.Sparse())
     throw UsageError("OpenGL draws the optimum from sparse samples only",
                      "add --grid 25x25 --sampling interpolated, or use lumi-render --backend cpu");

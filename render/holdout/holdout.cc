@@ -260,6 +260,7 @@ class HoldoutEvaluation {
     const ViewId nearest = NearestPhoto(scene_, held_out.id, held_out.use, request.settings);
     request.use.assign(scene_.views.size(), false);
     request.use[static_cast<std::size_t>(nearest.value)] = true;
+    request.settings.method = Algorithm::kUlr;
     request.settings.k = 1;
     const ImageF baseline = with.renderer->Render(request);
     HoldoutView& v = summary_.views.emplace_back(HoldoutView{

@@ -70,19 +70,20 @@ void PlanPixels(const ViewSetup& setup, const ProxyTracer& proxy, const Visibili
           (setup.ray_from_pixel * Eigen::Vector3d(window.x + x + 0.5, window.y + y + 0.5, 1.0)).normalized());
       rays.direction.push_back(rays.exact_direction.back().cast<float>());
     }
-  rays.normal.resize(settings.resolution == Resolution::kJacobian || settings.prefilter ? n : 0);
-  std::vector<std::int32_t> face(n);
-  proxy.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t, rays.normal, face);
+  rays.normal.resize(settings.resolution == Resolution::kJacobian || settings.prefilter || setup.method ? n : 0);
+  rays.face.resize(n);
+  proxy.Trace(setup.desired.centre.cast<float>(), rays.direction, rays.t, rays.normal, rays.face);
   const bool full = settings.similarity == Similarity::kFull;
   rays.exact_t.resize(full ? 0 : n);
   for (std::size_t s = 0; s < rays.exact_t.size(); ++s)
     if (rays.t[s] > 0 && std::isfinite(rays.t[s]))
-      rays.exact_t[s] = proxy.Refined(face[s], setup.desired.centre, rays.exact_direction[s], rays.t[s]);
+      rays.exact_t[s] = proxy.Refined(rays.face[s], setup.desired.centre, rays.exact_direction[s], rays.t[s]);
+  if (setup.method) setup.method->Meet(rays);
 
   WeightTable table;
   Reconstruct(setup, visibility, rays, table, plan.optimum, scratch);
   if (full) DropSmall(table, static_cast<float>(kUnseenWeight * std::min(settings.accuracy, 0.01)));
-  Pad(table, full ? 0 : static_cast<std::size_t>(settings.k), plan);
+  Pad(table, full || setup.method ? 0 : static_cast<std::size_t>(settings.k), plan);
   plan.alpha = std::move(table.alpha);
   plan.offset = std::move(rays.direction);
   plan.normal = std::move(rays.normal);

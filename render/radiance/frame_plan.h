@@ -4,10 +4,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "render/radiance/optimum/optimum.h"
 #include "render/radiance/proxy_tracer.h"
+#include "render/radiance/ray_method.h"
 #include "render/radiance/settings.h"
 #include "render/radiance/sources.h"
 #include "render/radiance/weights.h"
@@ -23,8 +25,9 @@ struct ViewSetup {
   RenderView desired;  // normalised frame
   RelativeSources sources;
   RadianceSettings settings;
-  Eigen::Matrix3d ray_from_pixel;  // direction (not unit) of the ray through (x, y, 1)
-  float focal_px = 0;              // of the desired view, for pyramid levels
+  Eigen::Matrix3d ray_from_pixel;           // direction (not unit) of the ray through (x, y, 1)
+  float focal_px = 0;                       // of the desired view, for pyramid levels
+  std::shared_ptr<const RayMethod> method;  // what settings.method names; none: this core's own weights
 };
 
 // `desired` in world; throws std::invalid_argument for a view whose rays are undefined (singular P).

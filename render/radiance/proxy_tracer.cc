@@ -104,6 +104,12 @@ void ProxyTracer::Trace(const Eigen::Vector3f& origin, std::span<const Eigen::Ve
   }
 }
 
+std::array<Eigen::Vector3d, 3> ProxyTracer::Corners(std::int32_t face) const {
+  const auto& f = impl_->faces[static_cast<std::size_t>(face)];
+  const auto at = [&](std::size_t i) { return impl_->vertices[static_cast<std::size_t>(f[i])]; };
+  return {at(0), at(1), at(2)};
+}
+
 double ProxyTracer::Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                             float t) const {
   constexpr double kRounding = 1e-3;  // relative: more is no rounding

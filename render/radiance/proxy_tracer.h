@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -27,6 +28,8 @@ class ProxyTracer {
   // The distance t at which a ray meets this face in double: on oblique faces and towards a photo's border a float's
   // last digits show in the weights. t itself where the face is seen from its edge.
   double Refined(std::int32_t face, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, float t) const;
+  // The face's corners, normalised frame.
+  std::array<Eigen::Vector3d, 3> Corners(std::int32_t face) const;
 
  private:
   struct Impl;

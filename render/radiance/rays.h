@@ -17,6 +17,8 @@ struct RaySamples {
   // none: as above.
   std::vector<Eigen::Vector3d> exact_direction = {};
   std::vector<double> exact_t = {};
+  // The proxy's triangle that is met, -1: none; read by RayMethods only.
+  std::vector<std::int32_t> face = {};
   std::size_t size() const { return direction.size(); }
 };
 

@@ -31,7 +31,9 @@ void WeighIdentity(const ViewSetup& setup, const VisibilityMaps* visibility, con
 
 void Reconstruct(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
                  OptimumCounts& counts, WeighScratch& scratch) {
-  if (setup.settings.similarity == Similarity::kFull)
+  if (setup.method)
+    setup.method->Weigh(setup, visibility, rays, table);
+  else if (setup.settings.similarity == Similarity::kFull)
     WeighOptimal(setup, visibility, rays, table, counts);
   else
     WeighIdentity(setup, visibility, rays, table, scratch);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "scene/program/error.h"
 
@@ -73,8 +74,13 @@ class Table {
   template <typename Base, typename E>
   void Choice(std::string_view name, E Base::*field, std::initializer_list<E> values, std::string_view help,
               const char* label = nullptr) {
+    Choice(name, field, std::span<const E>(values.begin(), values.size()), help, label);
+  }
+  template <typename Base, typename E>
+  void Choice(std::string_view name, E Base::*field, std::span<const E> values, std::string_view help,
+              const char* label = nullptr) {
     E S::*const at = field;
-    const std::vector<E> kept(values);
+    const std::vector<E> kept(values.begin(), values.end());
     std::vector<std::string> names;
     for (const E e : values) names.emplace_back(Name(e));
     const std::string all = fmt::format("{}", fmt::join(names, "|"));
@@ -202,6 +208,13 @@ std::vector<SettingOption> MakeOptions() {
   t.Angle("r-max-deg", &S::r_max_rad, {0, 90, true},
           "Largest leaf, degrees, (0, 90]; the unit of resolution and time penalties is twice this",
           {"largest leaf", 0.01, 90, "%.2f deg"});
+  t.Choice("method", &S::method, Algorithms(),
+           "Whose weights: this renderer's (ulr), or a published method's, to compare with (docs/methods.md)",
+           "method");
+  t.Real("method-photos", &S::method_photos, kAnyNumber,
+         "Photos of a published method, or cells of its grid; below 0: as published");
+  t.Real("method-parameter", &S::method_parameter, kAnyNumber,
+         "Exponent, share or smoothness of a published method; below 0: as published");
   MeasureList::ForEach([&]<typename M> {
     t.measure = M::kName;
     t.title = M::kTitle;

@@ -1,6 +1,8 @@
 #include "render/radiance/settings.h"
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "render/radiance/setting_options.h"
 
@@ -19,6 +21,9 @@ std::string Validate(const RadianceSettings& s) {
     return "--similarity full needs --correlation falling-leaves: 1/h is no covariance (infinite at 0)";
   if (s.similarity == Similarity::kFull && !none && s.sampling == Sampling::kCandidates)
     return "--similarity full on a grid needs --sampling interpolated: candidates are weighed with the identity";
+  if (s.method != Algorithm::kUlr && (s.similarity == Similarity::kFull || !none))
+    return "--method " + std::string(Name(s.method)) +
+           " weighs every pixel its own way: " + (none ? "--similarity full" : "--grid") + " does not go with it";
   return {};
 }
 
@@ -28,6 +33,36 @@ std::string_view Name(Combine v) { return v == Combine::kSmooth ? "smooth" : "ad
 std::string_view Name(WeightSum v) {
   return v == WeightSum::kRenormalise ? "renormalise" : v == WeightSum::kConstrained ? "constrained" : "local-mean";
 }
+
+namespace {
+constexpr std::array kAlgorithms = std::to_array<std::pair<Algorithm, std::string_view>>({
+    {Algorithm::kUlr, "ulr"},
+    {Algorithm::kChenWilliams1993, "chen-williams-1993"},
+    {Algorithm::kLevoyHanrahan1996, "levoy-hanrahan-1996"},
+    {Algorithm::kGortler1996, "gortler-1996"},
+    {Algorithm::kDebevec1996, "debevec-1996"},
+    {Algorithm::kSeitzDyer1996, "seitz-dyer-1996"},
+    {Algorithm::kPulli1997, "pulli-1997"},
+    {Algorithm::kDebevec1998, "debevec-1998"},
+    {Algorithm::kPighin1998, "pighin-1998"},
+    {Algorithm::kHeigl1999, "heigl-1999"},
+    {Algorithm::kLhuillierQuan1999, "lhuillier-quan-1999"},
+    {Algorithm::kWood2000, "wood-2000"},
+    {Algorithm::kSibrUlr, "sibr-ulr"},
+});
+}  // namespace
+
+std::string_view Name(Algorithm v) { return kAlgorithms[static_cast<std::size_t>(v)].second; }
+
+std::span<const Algorithm> Algorithms() {
+  static const std::array all = [] {
+    std::array<Algorithm, kAlgorithms.size()> a{};
+    for (std::size_t i = 0; i < a.size(); ++i) a[i] = kAlgorithms[i].first;
+    return a;
+  }();
+  return all;
+}
+
 std::string_view Name(Sampling v) { return v == Sampling::kCandidates ? "candidates" : "interpolated"; }
 
 }  // namespace lumi

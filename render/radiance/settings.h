@@ -2,6 +2,7 @@
 // on. Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,24 @@ enum class WeightSum { kRenormalise, kConstrained, kLocalMean };
 // interpolated.
 enum class Sampling { kCandidates, kInterpolated };
 
+// Whose formula weighs the photos: this project's unstructured lumigraph, or a published method that it is compared
+// with (render/comparators/).
+enum class Algorithm {
+  kUlr,
+  kChenWilliams1993,
+  kLevoyHanrahan1996,
+  kGortler1996,
+  kDebevec1996,
+  kSeitzDyer1996,
+  kPulli1997,
+  kDebevec1998,
+  kPighin1998,
+  kHeigl1999,
+  kLhuillierQuan1999,
+  kWood2000,
+  kSibrUlr,
+};
+
 // Each measure's own options are members, too: alpha, field_of_view, resolution, time ... (measures/).
 struct RadianceSettings : MeasureList::Settings {
   Similarity similarity = Similarity::kIdentity;
@@ -29,13 +48,17 @@ struct RadianceSettings : MeasureList::Settings {
   Combine combine = Combine::kSmooth;
   WeightSum sum = WeightSum::kLocalMean;
   double cutoff_rad = 20 * kRadPerDeg;    // the optimum leaves out photos farther from the ray, (0, pi]
-  double accuracy = 1e-3;                        // of the optimum's weights, > 0: 1e-4 and up take single precision
+  double accuracy = 1e-3;                 // of the optimum's weights, > 0: 1e-4 and up take single precision
   double r_min_rad = 0.001 * kRadPerDeg;  // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadPerDeg;
 
   int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
   bool epipoles = true;                 // sparse samples at the photos' centres, too
   Sampling sampling = Sampling::kCandidates;
+
+  Algorithm method = Algorithm::kUlr;
+  // Of a published method, docs/methods.md says what they are there; negative: as its paper has it.
+  double method_photos = -1, method_parameter = -1;
 
   bool Sparse() const { return grid_columns > 0; }
   bool operator==(const RadianceSettings&) const = default;
@@ -50,6 +73,9 @@ std::string_view Name(Correlation v);
 std::string_view Name(Combine v);
 std::string_view Name(WeightSum v);
 std::string_view Name(Sampling v);
+std::string_view Name(Algorithm v);
+// All, in the order of their years; the first is kUlr.
+std::span<const Algorithm> Algorithms();
 
 // The most cameras a pixel may blend where k is not "all".
 constexpr int kMaxBlend = 16;

@@ -7,6 +7,7 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/frame_error.cc
     ${CMAKE_CURRENT_LIST_DIR}/front.cc
     ${CMAKE_CURRENT_LIST_DIR}/measure.cc
+    ${CMAKE_CURRENT_LIST_DIR}/methods.cc
     ${CMAKE_CURRENT_LIST_DIR}/properties.cc
     ${CMAKE_CURRENT_LIST_DIR}/sweep.cc
     ${CMAKE_CURRENT_LIST_DIR}/time_windows.cc

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "render/comparators/comparators.h"
 #include "render/holdout/evaluation_proxy.h"
 #include "render/holdout/holdout.h"
 #include "render/tradeoff/sweep.h"
@@ -21,6 +22,7 @@ constexpr double kReferenceCutoffDeg = 24;
 
 void RequireConsistent(const MeasureOptions& o) {
   if (const std::string problem = Validate(o.settings); !problem.empty()) throw UsageError(problem);
+  if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.holdout < 2) throw UsageError("--holdout takes 2 or more");
   if (o.views < 1) throw UsageError("--views takes 1 or more");
   if (o.repeats < 1 || o.repeats > 1000) throw UsageError("--repeats takes 1 to 1000");

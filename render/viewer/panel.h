@@ -35,7 +35,10 @@ struct ViewerSettings {
   double budget_ms = 0;     // a frame while the camera moves; 0: settings stay, the size adapts
   std::optional<bool>
       refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
-  bool Refines() const { return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull); }
+  bool Refines() const {
+    if (radiance.method != Algorithm::kUlr) return true;
+    return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull);
+  }
   std::map<std::string, bool> groups;  // of the panel: open or closed, where the user or a script said
   int selected_key = -1;
   double distance_m = 1;  // that the user knows, between the two marks

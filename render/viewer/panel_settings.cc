@@ -82,6 +82,7 @@ void OptionRow(ViewerSettings& v, const char* name) { OptionRow(v, *FindSettingO
 
 void Weights(ViewerSettings& v) {
   RadianceSettings& s = v.radiance;
+  OptionRow(v, "method");
   OptionRow(v, "similarity");
   {
     const Row row(v, "k");

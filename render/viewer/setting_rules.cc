@@ -14,6 +14,9 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
       if (n == option) return true;
     return false;
   };
+  if (s.method != Algorithm::kUlr && !is({"method", "method-photos", "method-parameter", "exposure", "prefilter",
+                                          "visibility", "white-balance", "vignetting"}))
+    return fmt::format("{} has weights of its own", Name(s.method));
   if (full && is({"correlation"})) return "the optimum needs falling leaves: 1/h is no covariance";
   if (!full && is({"sum", "combine", "cutoff-deg", "accuracy"})) return "only for the optimum (similarity full)";
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
@@ -28,6 +31,11 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
 }
 
 void Reconcile(RadianceSettings& s, std::string_view option) {
+  if (option == "method" && s.method != Algorithm::kUlr) {
+    s.similarity = Similarity::kIdentity;
+    s.grid_columns = s.grid_rows = 0;
+    s.method_photos = s.method_parameter = -1;
+  }
   if (s.similarity == Similarity::kFull) {
     if (option == "similarity" || option == "grid") {
       s.correlation = Correlation::kFallingLeaves;
@@ -42,6 +50,7 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
 }
 
 std::string Describe(const RadianceSettings& s) {
+  if (s.method != Algorithm::kUlr) return fmt::format("{}, at rest", Name(s.method));
   std::string text = s.similarity == Similarity::kFull
                          ? fmt::format("optimum within {:.0f} deg", s.cutoff_rad / kRadPerDeg)
                      : s.k == 0 ? "all photos"

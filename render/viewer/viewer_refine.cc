@@ -11,12 +11,22 @@ namespace {
 constexpr double kRest_s = 0.15;  // without a change, before it begins
 constexpr int kStandInGrid = 25;  // of samples: what is drawn of the optimum at every pixel until it is refined
 
+// A published method at every pixel, else the optimum.
+RadianceSettings SettingsAtRest(const RadianceSettings& settings) {
+  if (settings.method == Algorithm::kUlr) return OptimalSettings(settings);
+  RadianceSettings s = settings;
+  s.similarity = Similarity::kIdentity;
+  s.grid_columns = s.grid_rows = 0;
+  return s;
+}
+
 }  // namespace
 
 // What the graphics processor draws for the settings in the panel: of the optimum at every pixel, which is refined
-// later, that of sparse samples.
+// later, that of sparse samples; of a published method this renderer's own weights.
 RadianceSettings Viewer::Drawn() const {
   RadianceSettings s = settings_.radiance;
+  s.method = Algorithm::kUlr;  // a published method's picture comes at rest, too
   if (!settings_.Refines() || s.similarity != Similarity::kFull || s.Sparse() || !Validate(s).empty()) return s;
   s.grid_columns = s.grid_rows = kStandInGrid;
   s.sampling = Sampling::kInterpolated;
@@ -29,7 +39,7 @@ std::optional<RenderRequest> Viewer::WantedRefinement() const {
   const bool other = settings_.seen.flat || settings_.seen.measure;
   const bool plays = playing_s_ || (settings_.play_time && settings_.radiance.time);
   if (!settings_.Refines() || samples_shown || other || plays) return std::nullopt;
-  const RadianceSettings optimal = OptimalSettings(settings_.radiance);
+  const RadianceSettings optimal = SettingsAtRest(settings_.radiance);
   if (!Validate(optimal).empty()) return std::nullopt;
   return Request(size_px_, optimal);
 }
@@ -99,7 +109,7 @@ JsonKeys Viewer::RefinementSummary() const {
   JsonKeys j;
   j.Say("on", settings_.Refines()).Say("shown", !rest_.picture.empty()).Say("pictures", rest_.pictures);
   j.Say("cancelled", rest_.cancelled).Say("seconds", rest_.seconds).Say("problem", rest_.problem);
-  return j.Say("settings", OptimalSettings(settings_.radiance));
+  return j.Say("settings", SettingsAtRest(settings_.radiance));
 }
 
 }  // namespace lumi

@@ -1,0 +1,25 @@
+// `lumi-render methods`: this renderer and the published methods (render/comparators/) on the same held-out photos,
+// over the same proxy: each with the settings that the choosing fold prefers, judged on the reporting fold, with its
+// time beside that of one photo reprojected. docs/methods.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "render/tradeoff/workbench.h"
+#include "scene/program/answer.h"
+
+namespace lumi {
+
+struct MethodsOptions : MeasureOptions {
+  std::vector<std::string> methods;  // by name; empty: all
+  int most_views = 8;                // of the reporting fold
+};
+
+// What is compared: this renderer in three ways, and the published methods.
+std::vector<std::string> MethodNames();
+
+// Writes OUT/methods.json, .csv (a row a method and view) and .svg where OUT is given, at the end.
+Answer RunMethods(const MethodsOptions& options, ProgressSink& progress);
+
+}  // namespace lumi
