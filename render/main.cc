@@ -16,6 +16,7 @@ struct Line {
   RenderOptions render;
   MeasureOptions measure;
   MethodsOptions methods;
+  TableOptions table;
   std::filesystem::path settings_file;
   bool ablation = false, properties = false, time_windows = false;
 };
@@ -188,6 +189,8 @@ void AddMethods(Options command, Line& line) {
       .Default();
   command.Add("--views", m.most_views, "Held-out photos that are reported on, at most").Range(1, 100000).Default();
   command.Add("--repeats", m.repeats, "Timed frames a view, after a warm-up").Default();
+  command.Flag("--properties", m.properties,
+               "Also the columns of the thesis's Table 3.1, a number each, and the ticks that follow");
 }
 
 Answer RunMeasuring(const Line& line, ProgressSink& progress) {
@@ -261,6 +264,10 @@ int main(int argc, char** argv) {
                                return RunMethods(line.methods, program.progress());
                              }),
              line);
+  Options table = program.Command("table-3-1", "The thesis's Table 3.1 of what methods --properties measured",
+                                  [&] { return RunTable(line.table); });
+  table.Add("results", line.table.results, "methods.json of each scene").Required();
+  table.Add("-o,--output", line.table.output, "Markdown file");
   program.RunAndExit(argc, argv, [&] {
     read();
     if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");

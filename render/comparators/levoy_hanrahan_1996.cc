@@ -11,6 +11,8 @@
 namespace lumi {
 namespace {
 
+constexpr std::size_t kPhotosAsked = 16;  // how deep the scene is
+
 class LevoyHanrahan final : public LightSlab {
  public:
   LevoyHanrahan(const CameraGrid& grid, double depth, const ViewSetup& setup)
@@ -45,13 +47,15 @@ std::shared_ptr<const RayMethod> MakeLevoyHanrahan(const Sources& sources, const
   // 2000); the paper puts it by hand.
   ViewSetup from_photo = setup;
   double inverse = 0;
-  for (const RenderView& v : sources.views) {
-    from_photo.desired = v;
-    Eigen::Matrix3d M = v.P.leftCols<3>();
-    from_photo.ray_from_pixel = M.inverse();
-    inverse += 1 / MedianDepth(from_photo, proxy) / static_cast<double>(sources.views.size());
+  const std::size_t step = 1 + sources.views.size() / kPhotosAsked;
+  int asked = 0;
+  for (std::size_t j = 0; j < sources.views.size(); j += step, ++asked) {
+    from_photo.desired = sources.views[j];
+    const Eigen::Matrix3d m = sources.views[j].P.leftCols<3>();
+    from_photo.ray_from_pixel = m.inverse();
+    inverse += 1 / MedianDepth(from_photo, proxy);
   }
-  const double depth = OrOwn(setup.settings.method_parameter, 1) / inverse;
+  const double depth = OrOwn(setup.settings.method_parameter, 1) * asked / inverse;
   return std::make_shared<LevoyHanrahan>(grid, depth, setup);
 }
 

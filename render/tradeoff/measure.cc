@@ -51,6 +51,27 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
   return views;
 }
 
+Mesh FacingPlane(const Scene& scene, double times) {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(), forward = Eigen::Vector3d::Zero();
+  std::vector<double> depths;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& v = scene.views[i];
+    centre += v.CentreInWorld() / static_cast<double>(scene.views.size());
+    forward += v.cam_from_world.R().row(2).transpose();
+    const std::vector<double> d = PointDepths(scene, {static_cast<std::int32_t>(i)});
+    if (!d.empty()) depths.push_back(d[d.size() / 2]);
+  }
+  if (forward.norm() < 1e-6 * static_cast<double>(scene.views.size()))
+    forward = scene.views.front().cam_from_world.R().row(2).transpose();
+  const double depth = times * (depths.empty() ? 1.0 / scene.normalized_from_world.scale : Median(depths));
+  const Eigen::Vector3d n = forward.normalized(), x = n.unitOrthogonal(), y = n.cross(x), c = centre + depth * n;
+  const double side = 20 * depth;
+  Mesh m;
+  m.vertices = {c - side * x - side * y, c + side * x - side * y, c + side * x + side * y, c - side * x + side * y};
+  m.faces = {{0, 1, 2}, {0, 2, 3}};
+  return m;
+}
+
 RenderView FirstOfPath(const Scene& scene, const std::filesystem::path& file, int width_px) {
   const CameraPath path = ReadCameraPath(file);
   const Eigen::Vector2d aspect = path.width_px > 0 && path.height_px > 0

@@ -7,6 +7,7 @@
 
 #include "render/world/renderer.h"
 #include "scene/geometry/median.h"
+#include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
 
 namespace lumi {
@@ -31,6 +32,10 @@ int HoldoutWithPhotos(const Scene& scene, int n, Fold fold);
 // of the fold may be used; for the choosing fold, nor any of the reporting one where that leaves half of the photos. N
 // is lowered until the fold holds a photo (HoldoutWithPhotos). Throws DataError where nothing is left to render from.
 std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int most, int width_px);
+
+// A quad that faces the mean viewing direction, `times` the median depth of the points away.
+Mesh FacingPlane(const Scene& scene, double times);
+constexpr double kAtInfinity = 1000;  // times the median depth: nobody's parallax tells it from infinity
 
 struct TimedFrame {
   ImageF image;

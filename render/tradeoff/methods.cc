@@ -15,7 +15,10 @@
 #include "render/holdout/seen_pixels.h"
 #include "render/picture/convert.h"
 #include "render/tradeoff/measure.h"
+#include "render/tradeoff/ray_bench.h"
 #include "render/tradeoff/sweep.h"
+#include "render/tradeoff/table_3_1.h"
+#include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/scene_folder.h"
 #include "scene/image_difference/image_difference.h"
@@ -114,6 +117,21 @@ void ListKeys(JsonKeys& j, MethodRow& r) {
   j("method", r.method, "settings", r.settings, "choosing_psnr_seen_db", r.choosing_psnr_seen_db, "views", r.views);
 }
 
+// A method's row of Table 3.1 on a scene.
+struct MethodProperties {
+  std::string method;
+  std::array<std::optional<double>, kTableColumns> figures = {};
+};
+void ListKeys(JsonKeys& j, MethodProperties& p) {
+  j("method", p.method);
+  for (std::size_t i = 0; i < kTableColumns; ++i) j(TableColumns()[i].key.data(), p.figures[i]);
+}
+struct PropertiesFile {
+  std::string scene;
+  std::vector<MethodProperties> properties;
+};
+void ListKeys(JsonKeys& j, PropertiesFile& f) { j("scene", f.scene, "properties", f.properties); }
+
 class MethodBench {
  public:
   MethodBench(const MethodsOptions& o, ProgressSink& sink)
@@ -163,6 +181,49 @@ class MethodBench {
     } catch (const DataError& e) {
       row.refused = e.what();
     }
+    return row;
+  }
+
+  // With the settings that are published. `of`: what was measured of the same method, `ours` of this renderer; ms: of
+  // the method's fastest way.
+  MethodProperties Properties(const MethodRow& of, const MethodRow& ours, double ms) {
+    MethodProperties row{of.method, {}};
+    if (!of.refused.empty()) return row;
+    if (!rays_) {
+      rays_ = std::make_unique<RayBench>(bench_.scene(), bench_.mesh(proxy_));
+      // A plane in place of a plane says nothing.
+      if (CanOcclude(bench_.mesh(proxy_)))
+        plane_ = bench_.lumigraph().NewRenderer(MakeCpuRenderer, FacingPlane(bench_.scene(), 1));
+    }
+    RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
+    for (const Algorithm a : Algorithms())
+      if (Name(a) == of.method) s.method = a;
+    if (s.k == 0) s.k = 4;
+    // Whether it can heed resolution, where the scene does not call for it, too.
+    if (s.method == Algorithm::kUlr && s.resolution == Resolution::kOff) s.resolution = Resolution::kJacobian;
+    const RayFigures rays = MeasureRays(*rays_, s);
+    std::optional<double> correspondence;
+    if (plane_) {
+      correspondence = 0;
+      for (const Judged& j : choosing_) {
+        const RenderRequest request = bench_.Request(j.view, s);
+        const Judged flat{j.view, plane_.get(), j.seen};
+        *correspondence +=
+            (Judge(j, request, 0).psnr_seen_db.value_or(0) - Judge(flat, request, 0).psnr_seen_db.value_or(0)) /
+            static_cast<double>(choosing_.size());
+      }
+    }
+    row.figures = {rays.photos_used,
+                   of.Mean(&ViewScore::coverage) / ours.Mean(&ViewScore::coverage),
+                   ms,
+                   correspondence,
+                   rays.direction_error,
+                   rays.own_weight,
+                   rays.ray_difference,
+                   rays.jump,
+                   rays.border_weight,
+                   rays.coarse_weight_ratio,
+                   rays.hidden_weight};
     return row;
   }
 
@@ -239,6 +300,8 @@ class MethodBench {
   bool few_ = false;
   std::map<std::string, Over> over_;
   std::vector<Judged> choosing_, reporting_;
+  std::unique_ptr<RayBench> rays_;   // made when first wanted
+  std::unique_ptr<Renderer> plane_;  // over a plane through the scene; none where the proxy is one
 };
 
 TradeoffTable TableOf(const std::vector<MethodRow>& rows, double nearest_ms) {
@@ -321,6 +384,25 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
                  {"seen", bench.seen_share()}};
   JsonKeys keys = KeysOf(table);
   keys.Say("per_view", rows);
+  SceneFigures figures{o.scene.filename().string(), {}};
+  if (o.properties) {
+    // In a table of ticks this renderer is one row.
+    std::vector<MethodProperties> properties;
+    const auto ours = std::ranges::find(rows, std::string(Name(Algorithm::kUlr)), &MethodRow::method);
+    Progress measuring(sink, "measuring properties", static_cast<long>(rows.size()));
+    for (const MethodRow& r : rows) {
+      if (ours != rows.end() && (!r.method.starts_with("ulr") || &r == &*ours) && &r != &rows.front()) {
+        double ms = r.Ms();
+        if (const auto sparse = std::ranges::find(rows, kCandidates25, &MethodRow::method);
+            &r == &*ours && sparse != rows.end())
+          ms = std::min(ms, sparse->Ms());
+        properties.push_back(bench.Properties(r, *ours, ms));
+        figures.methods.emplace_back(properties.back().method, properties.back().figures);
+      }
+      measuring.Step();
+    }
+    keys.Say("properties", properties);
+  }
   if (!o.output.empty()) {
     TradeoffPanel panel{"Quality against time",
                         "held-out photos, seen pixels",
@@ -333,7 +415,25 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
     WriteTextAtomically(o.output / "methods-views.csv", CsvOfViews(rows));
   }
   const std::string verdict = WhoIsAhead(rows);
-  return {keys, TextOf(table) + (verdict.empty() ? "" : "\n" + verdict)};
+  std::string text = TextOf(table) + (verdict.empty() ? "" : "\n" + verdict);
+  if (o.properties) text += "\n\n" + TableText({figures});
+  return {keys, text};
+}
+
+Answer RunTable(const TableOptions& o) {
+  std::vector<SceneFigures> scenes;
+  for (const std::filesystem::path& file : o.results) {
+    const auto read = JsonKeys::Read(file, "a file of lumi-render methods").As<PropertiesFile>();
+    if (read.properties.empty())
+      throw InputError(file, "has no properties", "lumi-render methods --properties measures them");
+    SceneFigures& s = scenes.emplace_back(SceneFigures{read.scene, {}});
+    for (const MethodProperties& p : read.properties) s.methods.emplace_back(p.method, p.figures);
+  }
+  const std::string text = TableText(scenes);
+  if (!o.output.empty()) WriteTextAtomically(o.output, text);
+  JsonKeys keys;
+  keys.Say("scenes", static_cast<int>(scenes.size())).Say("table", text);
+  return {keys, text};
 }
 
 }  // namespace lumi

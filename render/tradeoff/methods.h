@@ -3,6 +3,7 @@
 // time beside that of one photo reprojected. docs/methods.md.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace lumi {
 struct MethodsOptions : MeasureOptions {
   std::vector<std::string> methods;  // by name; empty: all
   int most_views = 8;                // of the reporting fold
+  bool properties = false;           // the columns of Table 3.1, too
 };
 
 // What is compared: this renderer in three ways, and the published methods.
@@ -21,5 +23,12 @@ std::vector<std::string> MethodNames();
 
 // Writes OUT/methods.json, .csv (a row a method and view) and .svg where OUT is given, at the end.
 Answer RunMethods(const MethodsOptions& options, ProgressSink& progress);
+
+// `lumi-render table-3-1`: what methods --properties wrote of some scenes, as one table in Markdown.
+struct TableOptions {
+  std::vector<std::filesystem::path> results;  // methods.json of each
+  std::filesystem::path output;                // a .md file; empty: none
+};
+Answer RunTable(const TableOptions& options);
 
 }  // namespace lumi

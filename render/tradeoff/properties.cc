@@ -14,6 +14,7 @@
 #include "render/radiance/frame_plan.h"
 #include "render/tradeoff/frame_error.h"
 #include "render/tradeoff/measure.h"
+#include "render/tradeoff/ray_bench.h"
 #include "render/tradeoff/sweep.h"
 #include "render/world/visibility_maps.h"
 #include "scene/files/atomic_file.h"
@@ -83,8 +84,8 @@ class Properties {
         sink_(sink),
         bench_(o, kPropertiesMarker, sink),
         proxy_(bench_.proxies().front()),
-        traced_(bench_.scene(), bench_.mesh(proxy_)),
-        sources_(traced_.sources) {
+        rays_(bench_.scene(), bench_.mesh(proxy_)),
+        sources_(rays_.sources()) {
     settings_ = WithMethod(bench_.settings(), Method::kPixel);
     if (settings_.k == 0) settings_.k = 4;
   }
@@ -132,90 +133,15 @@ class Properties {
   }
 
  private:
-  const VisibilityMaps* Visibility(const RadianceSettings& s) const {
-    return s.visibility && !traced_.maps.empty() ? &traced_.maps : nullptr;
-  }
   const Scene& scene() const { return bench_.scene(); }
 
-  // A ray of the lumigraph in the normalised frame: from a point near a source camera to the proxy.
-  struct Ray {
-    Eigen::Vector3d eye, p;
-  };
-
-  std::vector<Ray> RandomRays(int count) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
-    std::vector<Ray> rays;
-    const double spread = 0.3 * Spacing();
-    for (int tries = 0; tries < 50 * count && static_cast<int>(rays.size()) < count; ++tries) {
-      const std::size_t j =
-          static_cast<std::size_t>(unit(random) * static_cast<double>(sources_.views.size())) % sources_.views.size();
-      const RenderView& v = sources_.views[j];
-      const Eigen::Vector2d x_px(v.size_px.x() * (0.1 + 0.8 * unit(random)),
-                                 v.size_px.y() * (0.1 + 0.8 * unit(random)));
-      const auto direction = RayDirection(v.P, x_px);
-      if (!direction) continue;
-      const Eigen::Vector3d eye = v.centre + spread * Eigen::Vector3d(both(random), both(random), both(random));
-      const Eigen::Vector3d d = direction->normalized();
-      const double t = Trace(eye, d);
-      if (std::isfinite(t) && t > 0) rays.push_back({eye, eye + t * d});
-    }
-    if (rays.empty())
-      throw DataError("no ray from near the cameras meets the proxy", "choose another --proxy", scene().folder);
-    return rays;
-  }
-
-  double Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& d) const {
-    const Eigen::Vector3f direction = d.cast<float>();
-    float t = 0;
-    traced_.tracer.Trace(eye.cast<float>(), {&direction, 1}, {&t, 1});
-    return t;
-  }
-
-  // Median distance of a camera to its nearest neighbour, normalised units.
-  double Spacing() const {
-    std::vector<double> nearest;
-    for (std::size_t i = 0; i < sources_.views.size(); ++i) {
-      double best = std::numeric_limits<double>::infinity();
-      for (std::size_t j = 0; j < sources_.views.size(); ++j)
-        if (i != j) best = std::min(best, (sources_.views[i].centre - sources_.views[j].centre).norm());
-      if (std::isfinite(best)) nearest.push_back(best);
-    }
-    return nearest.empty() ? 0.1 : std::max(1e-6, Median(nearest));
-  }
-
-  // All cameras' weights at p, seen from `eye` by a camera with this matrix.
+  using Ray = RayBench::Ray;
   std::vector<double> WeightsAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& p, const RadianceSettings& s,
                                 const Eigen::Matrix3d& KR) const {
-    RenderView desired;
-    desired.P.leftCols<3>() = KR;
-    desired.P.col(3) = -KR * eye;
-    desired.centre = eye;
-    desired.size_px = {640, 480};
-    // MakeViewSetup takes world coordinates; these are normalised already.
-    Sources here = {sources_.views, Similarity3()};
-    const ViewSetup setup = MakeViewSetup(here, desired, s);
-    // The way a renderer goes: from the pixel, by the matrix.
-    const Eigen::Vector3d pixel = KR * (p - eye);
-    WeighScratch scratch;
-    std::vector<double> weights(sources_.views.size(), 0.0);
-    const Eigen::Vector3d direction =
-        (setup.ray_from_pixel * Eigen::Vector3d(pixel.x() / pixel.z(), pixel.y() / pixel.z(), 1)).normalized();
-    WeightedPhotos found;
-    WeighRay({setup.sources, Visibility(s), s}, {direction, (p - eye).norm()}, scratch, found);
-    for (std::size_t i = 0; i < found.camera.size(); ++i)
-      weights[static_cast<std::size_t>(found.camera[i])] = found.weight[i];
-    return weights;
-  }
-  Eigen::Matrix3d Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {
-    Eigen::Matrix3d K;
-    K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
-    return K * LookAt(eye, p, scene().normalized_from_world.rotation * scene().up).R();
+    return rays_.WeightsAt(eye, p, s, KR);
   }
   static double Largest(const std::vector<double>& a, const std::vector<double>& b) {
-    double d = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) d = std::max(d, std::abs(a[i] - b[i]));
-    return d;
+    return RayBench::LargestDifference(a, b);
   }
 
   Figures Navigation() {
@@ -224,8 +150,8 @@ class Properties {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> both(-1, 1);
     double worst = 0;
-    for (const Ray& ray : RandomRays(kRays)) {
-      const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
+    for (const Ray& ray : rays_.RandomRays(kRays)) {
+      const Eigen::Matrix3d facing = rays_.Facing(ray.eye, ray.p);
       // Rolled, sheared, off centre, another focal length: the ray to p is the same.
       Eigen::Matrix3d change;
       change << 1 + 0.5 * both(random), 0.3 * both(random), 200 * both(random), 0.3 * both(random),
@@ -282,30 +208,8 @@ class Properties {
     return Mean(errors);
   }
 
-  // A quad that faces the mean viewing direction, `times` the median depth of the points away.
-  Mesh FacingPlane(double times) const {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero(), forward = Eigen::Vector3d::Zero();
-    std::vector<double> depths;
-    for (std::size_t i = 0; i < scene().views.size(); ++i) {
-      const View& v = scene().views[i];
-      centre += v.CentreInWorld() / static_cast<double>(scene().views.size());
-      forward += v.cam_from_world.R().row(2).transpose();
-      const std::vector<double> d = PointDepths(scene(), {static_cast<std::int32_t>(i)});
-      if (!d.empty()) depths.push_back(d[d.size() / 2]);
-    }
-    if (forward.norm() < 1e-6 * static_cast<double>(scene().views.size()))
-      forward = scene().views.front().cam_from_world.R().row(2).transpose();
-    const double depth = times * (depths.empty() ? 1.0 / scene().normalized_from_world.scale : Median(depths));
-    const Eigen::Vector3d n = forward.normalized(), x = n.unitOrthogonal(), y = n.cross(x), c = centre + depth * n;
-    const double side = 20 * depth;
-    Mesh m;
-    m.vertices = {c - side * x - side * y, c + side * x - side * y, c + side * x + side * y, c - side * x + side * y};
-    m.faces = {{0, 1, 2}, {0, 2, 3}};
-    return m;
-  }
-
   Figures Correspondence() {
-    const Mesh plane = FacingPlane(1), infinity = FacingPlane(1000);
+    const Mesh plane = FacingPlane(scene(), 1), infinity = FacingPlane(scene(), kAtInfinity);
     const auto with_plane = bench_.lumigraph().NewRenderer(MakeCpuRenderer, plane),
                with_infinity = bench_.lumigraph().NewRenderer(MakeCpuRenderer, infinity);
     return {{"proxy_psnr_db", HeldOut(bench_.Cpu(proxy_), settings_).psnr_db},
@@ -321,8 +225,8 @@ class Properties {
     everyone.k = 0;
     std::vector<double> blended, nearest, textured;
     std::vector<double> correlations;
-    for (const Ray& ray : RandomRays(kRays)) {
-      const Eigen::Matrix3d facing = Facing(ray.eye, ray.p);
+    for (const Ray& ray : rays_.RandomRays(kRays)) {
+      const Eigen::Matrix3d facing = rays_.Facing(ray.eye, ray.p);
       const Eigen::Vector3d back = (ray.eye - ray.p).normalized();
       const std::vector<double> weights = WeightsAt(ray.eye, ray.p, settings_, facing),
                                 all = WeightsAt(ray.eye, ray.p, everyone, facing);
@@ -449,11 +353,11 @@ class Properties {
     RadianceSettings s = settings_;
     s.resolution = Resolution::kOff;
     double worst = 0;
-    for (const Ray& ray : RandomRays(kRays))
+    for (const Ray& ray : rays_.RandomRays(kRays))
       for (const double share : {0.2, 0.5, 0.8}) {
         const Eigen::Vector3d nearer = ray.eye + share * (ray.p - ray.eye);
-        worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, Facing(ray.eye, ray.p)),
-                                        WeightsAt(nearer, ray.p, s, Facing(nearer, ray.p))));
+        worst = std::max(worst, Largest(WeightsAt(ray.eye, ray.p, s, rays_.Facing(ray.eye, ray.p)),
+                                        WeightsAt(nearer, ray.p, s, rays_.Facing(nearer, ray.p))));
       }
     return {{"weight_difference_max", worst}};
   }
@@ -465,7 +369,7 @@ class Properties {
     const RadianceSettings& s = settings_;
     constexpr double kLength = 0.1;
     constexpr int kSteps[] = {10, 100, 1000};
-    const double clear = std::min(0.02, 0.3 * Spacing());
+    const double clear = std::min(0.02, 0.3 * rays_.Spacing());
     double largest[] = {0, 0, 0};
     long measured = 0;
     const auto passes = [&](const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
@@ -473,7 +377,7 @@ class Properties {
       return std::any_of(sources_.views.begin(), sources_.views.end(),
                          [&](const RenderView& v) { return (v.centre - eye).cross(d).norm() < clear; });
     };
-    const std::vector<Ray> rays = RandomRays(40);
+    const std::vector<Ray> rays = rays_.RandomRays(40);
     for (std::size_t i = 0; i + 1 < rays.size(); i += 2) {
       const Eigen::Vector3d p = rays[i].p, from = rays[i].eye, to = rays[i + 1].eye;
       if (!((to - from).norm() > 0)) continue;
@@ -489,7 +393,7 @@ class Properties {
           std::vector<double> before;
           for (int n = 0; n <= steps; ++n) {
             const Eigen::Vector3d eye = from + (tenth + static_cast<double>(n) / steps) / 10 * way;
-            std::vector<double> now = WeightsAt(eye, p, s, Facing(eye, p));
+            std::vector<double> now = WeightsAt(eye, p, s, rays_.Facing(eye, p));
             if (n > 0) largest[k] = std::max(largest[k], Largest(before, now));
             before = std::move(now);
           }
@@ -534,7 +438,7 @@ class Properties {
   ProgressSink& sink_;
   Workbench bench_;
   const std::string proxy_;
-  const TracedProxy traced_;
+  const RayBench rays_;
   const Sources& sources_;
   RadianceSettings settings_;
 };

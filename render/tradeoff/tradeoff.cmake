@@ -9,7 +9,9 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/measure.cc
     ${CMAKE_CURRENT_LIST_DIR}/methods.cc
     ${CMAKE_CURRENT_LIST_DIR}/properties.cc
+    ${CMAKE_CURRENT_LIST_DIR}/ray_bench.cc
     ${CMAKE_CURRENT_LIST_DIR}/sweep.cc
+    ${CMAKE_CURRENT_LIST_DIR}/table_3_1.cc
     ${CMAKE_CURRENT_LIST_DIR}/time_windows.cc
     ${CMAKE_CURRENT_LIST_DIR}/tradeoff.cc
     ${CMAKE_CURRENT_LIST_DIR}/workbench.cc

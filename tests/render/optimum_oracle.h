@@ -92,19 +92,31 @@ struct ExactRay {
   double t = 0;
 };
 
+// What photos see of the point, and the real-time weights there, computed by whoever asks instead of by the code under
+// test. Photos' terms beside the angle are off.
+template <class Real>
+struct OwnInputs {
+  std::vector<Real> f;     // field of view times visibility; 0: left out
+  std::vector<Real> mean;  // Eq. 5.1's weights, sum 1
+};
+
+// `own`: nothing of render/radiance is called but what setup holds: centres, matrices, settings.
 // `nugget` is added to S's diagonal. `exact`: angles are computed from this instead of the stored centres and ray.
 template <class Real>
 OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* maps, const Eigen::Vector3f& direction,
                                   float t, const OracleLeaves<Real>& leaves, const Real& nugget = 0,
                                   const ExactRay* exact = nullptr,
-                                  const Eigen::Vector3f& normal = Eigen::Vector3f::Zero()) {
+                                  const Eigen::Vector3f& normal = Eigen::Vector3f::Zero(),
+                                  const OwnInputs<Real>* own = nullptr) {
   using std::abs, std::atan2, std::sqrt;
   const RelativeSources& r = setup.sources;
   const RadianceSettings& s = setup.settings;
   const bool additive = s.combine == Combine::kAdditive;
   Measures m;
-  EvaluateMeasures(r, s, direction, t, normal, m);
-  EvaluateVisibility(r, maps, direction, t, m);
+  if (!own) {
+    EvaluateMeasures(r, s, direction, t, normal, m);
+    EvaluateVisibility(r, maps, direction, t, m);
+  }
   struct Photo {
     std::size_t j;
     Real u[3], f, fv;
@@ -129,9 +141,13 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   for (std::size_t j = 0; j < static_cast<std::size_t>(r.count); ++j) {
     Photo photo{};
     photo.j = j;
-    // On its own ray a photo sees; within 0.0035 rad of it nearly.
-    const Real off = m.theta[j] < 0.0035F ? Real(m.theta[j]) / Real(0.0035F) : Real(1);
-    photo.fv = Real(m.f[j]) * (1 - (1 - Real(m.v[j])) * off * off * (3 - 2 * off));
+    if (own) {
+      photo.fv = own->f[j];
+    } else {
+      // On its own ray a photo sees; within 0.0035 rad of it nearly.
+      const Real off = m.theta[j] < 0.0035F ? Real(m.theta[j]) / Real(0.0035F) : Real(1);
+      photo.fv = Real(m.f[j]) * (1 - (1 - Real(m.v[j])) * off * off * (3 - 2 * off));
+    }
     photo.f = additive ? Real(r.enabled[j]) : photo.fv;
     if (photo.f == 0) continue;
     Real to[3] = {Real(r.dx[j]) - p[0], Real(r.dy[j]) - p[1], Real(r.dz[j]) - p[2]};
@@ -139,7 +155,7 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
       for (int c = 0; c < 3; ++c) to[c] = Real((*exact->D)[j][c]) - p[c];
     unit(to, photo.u);
     ForEachTerm([&]<typename M> {
-      if (M::Factor(s) > 0) photo.value[MeasureList::IndexOf<M>()] = Real(m.Of<M>()[j]);
+      if (!own && M::Factor(s) > 0) photo.value[MeasureList::IndexOf<M>()] = Real(m.Of<M>()[j]);
     });
     photos.push_back(photo);
   }
@@ -152,7 +168,7 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
     Real h = Real(s.alpha) * angle(a.u, b.u);
     ForEachTerm([&]<typename M> {
       constexpr auto i = static_cast<std::size_t>(MeasureList::IndexOf<M>());
-      if (M::Factor(s) > 0) h += two_r * Real(M::Factor(s)) * abs(Real(a.value[i] - b.value[i]));
+      if (!own && M::Factor(s) > 0) h += two_r * Real(M::Factor(s)) * abs(Real(a.value[i] - b.value[i]));
     });
     if (additive) h += two_r * Real(s.gamma) * abs(Real(a.fv - b.fv));
     return leaves(h);
@@ -183,7 +199,9 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   }
   WeighScratch scratch;
   std::vector<Real> mean(static_cast<std::size_t>(r.count));
-  if (s.k == 0) {
+  if (own) {
+    mean = own->mean;
+  } else if (s.k == 0) {
     std::vector<float> all;
     if (!(WeighAll({r, maps, s}, {direction, t, normal}, scratch, all) > 0)) return out;
     for (std::size_t j = 0; j < all.size(); ++j) mean[j] = Real(all[j]);

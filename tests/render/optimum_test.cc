@@ -99,6 +99,79 @@ TEST(Optimum, SolvesTheFullSystemToTheWantedAccuracy) {
   }
 }
 
+// Field of view (sec. 4.2.1, by the nearest border) and the real-time weights (R(h) windowed at the k+1st, R the
+// falling leaves') of all photos at a point, from their matrices alone.
+test::OwnInputs<long double> FromMatrices(const std::vector<RenderView>& views, const Eigen::Vector3d& eye,
+                                          const Eigen::Vector3d& p, const RadianceSettings& s,
+                                          const test::OracleLeaves<long double>& leaves) {
+  using Real = long double;
+  using Vector = Eigen::Matrix<Real, 3, 1>;
+  test::OwnInputs<Real> own;
+  std::vector<std::pair<Real, std::size_t>> near;
+  const Real pi = std::acos(Real(-1));
+  const Vector back = (eye - p).cast<Real>();
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    const Vector q = views[j].P.leftCols<3>().cast<Real>() * (p - views[j].centre).cast<Real>();
+    Real f = 0;
+    if (q.z() > 0) {
+      const Real u = q.x() / q.z(), v = q.y() / q.z(), w = views[j].size_px.x(), h = views[j].size_px.y();
+      const Real edge = std::min(std::min(u, w - u), std::min(v, h - v));
+      const Real x = std::clamp(edge / (Real(s.fov_feather) * std::min(w, h)), Real(0), Real(1));
+      f = (1 - std::cos(pi * x)) / 2;
+    }
+    own.f.push_back(f);
+    if (f == 0) continue;
+    const Vector to = (views[j].centre - p).cast<Real>();
+    const Real angle = std::atan2(back.cross(to).norm(), back.dot(to));
+    near.emplace_back(angle * (1 + Real(s.gamma) * (1 / f - 1)), j);
+  }
+  std::ranges::sort(near);
+  own.mean.assign(views.size(), Real(0));
+  const auto k = static_cast<std::size_t>(s.k);
+  const Real edge = near.size() > k ? 1 / near[k].first : Real(0);  // without a k+1st the window ends nowhere
+  Real sum = 0;
+  for (std::size_t i = 0; i < std::min(k, near.size()); ++i)
+    sum += own.mean[near[i].second] = leaves(near[i].first) * (1 - near[i].first * edge);
+  for (Real& w : own.mean) w /= sum;
+  return own;
+}
+
+TEST(Optimum, AgreesWithAnOracleThatCallsNoneOfItsCode) {
+  // The local mean's R(h) comes from a table that is right to 1e-5 (leaves_table.h), of which weights that sum to 1
+  // make up to three times as much; floats of centres, rays and measures leave a hundredth of that.
+  constexpr double kTableOfLeaves = 3e-5;
+  const test::DeskLike desk = test::MakeDeskLike(150);
+  RadianceSettings s = Full(1e-6);
+  s.resolution = Resolution::kOff;
+  s.cutoff_rad = 180 * kRadPerDeg;
+  const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
+  const std::vector<Eigen::Vector2d> pixels = RandomPixels(40, 9);
+  const RaySamples rays = test::RaysThrough(desk, setup, pixels);
+  WeightTable table;
+  OptimumCounts counts;
+  WeighOptimal(setup, nullptr, rays, table, counts);
+  std::vector<Eigen::Vector3d> centres;
+  for (const RenderView& v : desk.sources.views) centres.push_back(v.centre - desk.view.centre);
+  const test::OracleLeaves<long double> leaves(s.r_min_rad, s.r_max_rad);
+  double worst = 0;
+  int compared = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!(table.alpha[i] > 0)) continue;
+    const Eigen::Vector3d d = (desk.view.P.leftCols<3>().inverse() * pixels[i].homogeneous()).normalized();
+    const double t = desk.Distance(d);
+    const test::OwnInputs<long double> own =
+        FromMatrices(desk.sources.views, desk.view.centre, desk.view.centre + t * d, s, leaves);
+    const test::ExactRay exact{&centres, d, t};
+    worst = std::max(
+        worst, test::LargestError(table, i,
+                                  test::OracleOptimum<long double>(setup, nullptr, rays.direction[i], rays.t[i], leaves,
+                                                                   0, &exact, Eigen::Vector3f::Zero(), &own)));
+    ++compared;
+  }
+  EXPECT_GT(compared, 30);
+  EXPECT_LT(worst, kTableOfLeaves);
+}
+
 TEST(Optimum, SolvesItForNeighbouringPixels) {
   EXPECT_LT(WorstError(Full(1e-3), 200, 64, false, true), 1e-3);
   EXPECT_LT(WorstError(Full(1e-6), 200, 64, false, true), 1e-6);
