@@ -12,6 +12,7 @@
 #   ./bench.sh --only flush       only what waiting for the disk costs the pipeline
 #   ./bench.sh --only video       only reading videos: frames a second of 1080p beside the decoder alone and OpenCV's reader
 #   ./bench.sh --only web         only web pages in Chromium: against lumi-render, frame time, first picture, memory (1,000 photos streamed)
+#   ./bench.sh --only methods DIR   only this renderer beside published methods, on every scene or COLMAP workspace in DIR
 #   ./bench.sh --speed       only what rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each
 #                            beside its baseline; sparse samples against a weight a pixel on the 262 photos of the simulated desk, and
 #                            on fox and knights below DIR
@@ -21,10 +22,10 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video='' only_walk='' only_web='' walk_photos=50,100,200
+arguments=() data='' only_speed='' only_quality='' only_stabilize='' only_dense='' only_cameras='' only_flush='' only_video='' only_walk='' only_web='' only_methods='' walk_photos=50,100,200
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,19s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,20s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --data)
       [ $# -ge 2 ] || die "--data needs a folder" 2
       case $2 in /*) data=$2 ;; *) data=$start_folder/$2 ;; esac
@@ -37,6 +38,12 @@ while [ $# -gt 0 ]; do
       if [ "${2:-}" = cameras ]; then only_cameras=1; shift 2; continue; fi
       if [ "${2:-}" = flush ]; then only_flush=1; shift 2; continue; fi
       if [ "${2:-}" = web ]; then only_web=1; shift 2; continue; fi
+      if [ "${2:-}" = methods ]; then
+        [ $# -ge 3 ] || die "--only methods needs a folder of scenes" 2
+        case $3 in /*) only_methods=$3 ;; *) only_methods=$start_folder/$3 ;; esac
+        [ -d "$only_methods" ] || die "$only_methods is no folder" 2
+        shift 3; continue
+      fi
       if [ "${2:-}" = video ]; then only_video=1; shift 2; continue; fi
       case ${2:-} in dense | dense-cost) only_dense=$2; shift 2; continue ;; esac
       only_quality=1; arguments+=("$1"); shift ;;
@@ -51,6 +58,7 @@ install_packages
 stabilisation=(lumi-pipeline lumi-reconstruct lumi-render lumi-simulate lumi-stabilize stabilize_bench steady_path_bench)
 if [ -n "$only_cameras" ]; then build release lumi-simulate lumi-reconstruct cameras_bench
 elif [ -n "$only_walk" ]; then build release lumi-simulate lumi-reconstruct walk_bench
+elif [ -n "$only_methods" ]; then build release lumi-export lumi-pipeline lumi-proxy lumi-reconstruct lumi-render
 elif [ -n "$only_video" ]; then build release video_bench
 elif [ -n "$only_web" ]; then build release lumi-export lumi-simulate web_bench
 elif [ -n "$only_flush" ]; then build release lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export fault_injection
@@ -75,6 +83,27 @@ if [ -n "$only_cameras" ]; then
 fi
 if [ -n "$only_walk" ]; then
   walk
+  exit 0
+fi
+# methods FOLDER: all scenes in it. A workspace without proxies becomes a scene of ours first, whose proxies know no held-out photo.
+methods() {
+  local folder scene name results=()
+  for folder in "$1"/*/; do
+    folder=${folder%/} name=${folder##*/} scene=$folder
+    [ -e "$folder/lumigraph.json" ] || [ -d "$folder/sparse" ] || [ -e "$folder/transforms.json" ] || continue
+    if [ ! -d "$folder/proxies" ]; then
+      scene=$work/methods/scenes/$name
+      "$bin/lumi-pipeline" "$folder" -o "$scene" >/dev/null || { say "left out: $name"; continue; }
+    fi
+    "$bin/lumi-render" methods "$scene" -o "$work/methods/$name" --quiet || { say "left out: $name"; continue; }
+    results+=("$work/methods/$name/methods.json")
+  done
+  [ ${#results[@]} -gt 0 ] || die "no scene in $1" 1
+  printf '\n## Published methods, held out\n\n'
+  "$bin/lumi-render" methods-report "${results[@]}"
+}
+if [ -n "$only_methods" ]; then
+  methods "$only_methods"
   exit 0
 fi
 # Whole captures: of DIR those whose scenes an earlier run left in build/bench.

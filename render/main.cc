@@ -268,6 +268,10 @@ int main(int argc, char** argv) {
                                   [&] { return RunTable(line.table); });
   table.Add("results", line.table.results, "methods.json of each scene").Required();
   table.Add("-o,--output", line.table.output, "Markdown file");
+  Options report = program.Command("methods-report", "What methods measured of some scenes, as tables in Markdown",
+                                   [&] { return RunMethodsReport(line.table); });
+  report.Add("results", line.table.results, "methods.json of each scene").Required();
+  report.Add("-o,--output", line.table.output, "Markdown file");
   program.RunAndExit(argc, argv, [&] {
     read();
     if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");

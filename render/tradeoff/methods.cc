@@ -117,21 +117,6 @@ void ListKeys(JsonKeys& j, MethodRow& r) {
   j("method", r.method, "settings", r.settings, "choosing_psnr_seen_db", r.choosing_psnr_seen_db, "views", r.views);
 }
 
-// A method's row of Table 3.1 on a scene.
-struct MethodProperties {
-  std::string method;
-  std::array<std::optional<double>, kTableColumns> figures = {};
-};
-void ListKeys(JsonKeys& j, MethodProperties& p) {
-  j("method", p.method);
-  for (std::size_t i = 0; i < kTableColumns; ++i) j(TableColumns()[i].key.data(), p.figures[i]);
-}
-struct PropertiesFile {
-  std::string scene;
-  std::vector<MethodProperties> properties;
-};
-void ListKeys(JsonKeys& j, PropertiesFile& f) { j("scene", f.scene, "properties", f.properties); }
-
 class MethodBench {
  public:
   MethodBench(const MethodsOptions& o, ProgressSink& sink)
@@ -387,7 +372,6 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
   SceneFigures figures{o.scene.filename().string(), {}};
   if (o.properties) {
     // In a table of ticks this renderer is one row.
-    std::vector<MethodProperties> properties;
     const auto ours = std::ranges::find(rows, std::string(Name(Algorithm::kUlr)), &MethodRow::method);
     Progress measuring(sink, "measuring properties", static_cast<long>(rows.size()));
     for (const MethodRow& r : rows) {
@@ -396,12 +380,11 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
         if (const auto sparse = std::ranges::find(rows, kCandidates25, &MethodRow::method);
             &r == &*ours && sparse != rows.end())
           ms = std::min(ms, sparse->Ms());
-        properties.push_back(bench.Properties(r, *ours, ms));
-        figures.methods.emplace_back(properties.back().method, properties.back().figures);
+        figures.properties.push_back(bench.Properties(r, *ours, ms));
       }
       measuring.Step();
     }
-    keys.Say("properties", properties);
+    keys.Say("properties", figures.properties);
   }
   if (!o.output.empty()) {
     TradeoffPanel panel{"Quality against time",
@@ -417,22 +400,6 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
   const std::string verdict = WhoIsAhead(rows);
   std::string text = TextOf(table) + (verdict.empty() ? "" : "\n" + verdict);
   if (o.properties) text += "\n\n" + TableText({figures});
-  return {keys, text};
-}
-
-Answer RunTable(const TableOptions& o) {
-  std::vector<SceneFigures> scenes;
-  for (const std::filesystem::path& file : o.results) {
-    const auto read = JsonKeys::Read(file, "a file of lumi-render methods").As<PropertiesFile>();
-    if (read.properties.empty())
-      throw InputError(file, "has no properties", "lumi-render methods --properties measures them");
-    SceneFigures& s = scenes.emplace_back(SceneFigures{read.scene, {}});
-    for (const MethodProperties& p : read.properties) s.methods.emplace_back(p.method, p.figures);
-  }
-  const std::string text = TableText(scenes);
-  if (!o.output.empty()) WriteTextAtomically(o.output, text);
-  JsonKeys keys;
-  keys.Say("scenes", static_cast<int>(scenes.size())).Say("table", text);
   return {keys, text};
 }
 

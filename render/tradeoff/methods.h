@@ -24,11 +24,13 @@ std::vector<std::string> MethodNames();
 // Writes OUT/methods.json, .csv (a row a method and view) and .svg where OUT is given, at the end.
 Answer RunMethods(const MethodsOptions& options, ProgressSink& progress);
 
-// `lumi-render table-3-1`: what methods --properties wrote of some scenes, as one table in Markdown.
+// `lumi-render methods-report`: what `methods` wrote of some scenes, in Markdown: a matrix of held-out errors, and a
+// table a scene. `lumi-render table-3-1`: what methods --properties wrote of them, as the thesis's table.
 struct TableOptions {
   std::vector<std::filesystem::path> results;  // methods.json of each
   std::filesystem::path output;                // a .md file; empty: none
 };
 Answer RunTable(const TableOptions& options);
+Answer RunMethodsReport(const TableOptions& options);
 
 }  // namespace lumi

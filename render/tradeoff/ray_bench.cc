@@ -1,6 +1,7 @@
 #include "render/tradeoff/ray_bench.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,7 +30,13 @@ double SpacingOf(const std::vector<RenderView>& views) {
 }  // namespace
 
 RayBench::RayBench(const Scene& scene, const Mesh& proxy)
-    : scene_(scene), traced_(scene, proxy), spacing_(SpacingOf(traced_.sources.views)) {}
+    : scene_(scene), traced_(scene, proxy), spacing_(SpacingOf(traced_.sources.views)) {
+  // A view as fine as the photos.
+  const RenderView& v = sources().views[sources().views.size() / 2];
+  const Eigen::Matrix3d M = v.P.leftCols<3>() / v.P.row(2).head<3>().norm();
+  size_px_ = v.size_px;
+  focal_px_ = std::sqrt(std::abs(M.determinant()));
+}
 
 std::vector<RayBench::Ray> RayBench::RandomRays(int count, double spread, unsigned seed) const {
   std::mt19937 random(seed);
@@ -62,7 +69,7 @@ double RayBench::Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& d) con
 
 Eigen::Matrix3d RayBench::Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const {
   Eigen::Matrix3d K;
-  K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+  K << focal_px_, 0, 0.5 * size_px_.x(), 0, focal_px_, 0.5 * size_px_.y(), 0, 0, 1;
   return K * LookAt(eye, p, scene_.normalized_from_world.rotation * scene_.up).R();
 }
 
@@ -73,7 +80,7 @@ std::vector<double> RayBench::WeightsAt(const Sources& sources, const Eigen::Vec
   desired.P.leftCols<3>() = KR;
   desired.P.col(3) = -KR * eye;
   desired.centre = eye;
-  desired.size_px = {640, 480};
+  desired.size_px = size_px_;
   // MakeViewSetup takes world coordinates; these are normalised already.
   const Sources here = {sources.views, Similarity3(), sources.fields};
   ViewSetup setup = MakeViewSetup(here, desired, s);

@@ -29,7 +29,7 @@ class RayBench {
   double Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction) const;
   // Median distance of a camera to its nearest neighbour, normalised units.
   double Spacing() const { return spacing_; }
-  // A camera at `eye` that looks at p.
+  // A camera at `eye` that looks at p, as fine as a photo.
   Eigen::Matrix3d Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const;
 
   // All photos' weights at p, seen from `eye` by a camera with this matrix; zeros: a hole. Throws what the method does.
@@ -52,7 +52,8 @@ class RayBench {
  private:
   const Scene& scene_;
   TracedProxy traced_;
-  double spacing_ = 0;
+  double spacing_ = 0, focal_px_ = 0;
+  Eigen::Vector2i size_px_;
 };
 
 }  // namespace lumi

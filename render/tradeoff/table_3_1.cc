@@ -17,8 +17,9 @@ namespace lumi {
 namespace {
 
 constexpr int kTableRays = 200, kWays = 20;
-constexpr double kTail = 0.05;            // of a distribution: one ray in twenty may be worse
-constexpr double kOwnPlaceCounts = 0.05;  // a weight near a photo's own camera that says it is used
+constexpr double kTail = 0.05;    // of a distribution: one ray in twenty may be worse
+constexpr double kIsUsed = 1e-3;  // a weight near a photo's own camera that says it counts
+constexpr double kLeads = 0.05;   // of the photo that counts most: below it, all are alike
 
 // f(i) for i < n on all cores; what the method throws comes out.
 template <typename F>
@@ -118,6 +119,7 @@ class RayProperties {
 
  private:
   static constexpr std::size_t kBorderRays = 4;
+  static constexpr double kInside = 1e-3;
 
   // Of a photo at its own camera: visibility's feathers beside silhouettes are another column's.
   RadianceSettings Clear() const {
@@ -157,7 +159,7 @@ class RayProperties {
     const Eigen::Matrix3d facing = bench_.Facing(ray.eye, ray.p);
     const auto before = bench_.WeightsAt(bench_.sources(), ray.eye, ray.p, s_, facing, nullptr);
     const auto most = static_cast<std::size_t>(std::ranges::max_element(before) - before.begin());
-    if (!(before[most] > kOwnPlaceCounts)) return kNoFigure;
+    if (!(before[most] > kLeads)) return kNoFigure;
     Sources moved = bench_.sources();
     RenderView& v = moved.views[most];
     v.centre = ray.p + 4 * (v.centre - ray.p);
@@ -210,21 +212,21 @@ class RayProperties {
       if (!p) continue;
       const Eigen::Vector3d eye =
           v.centre + 0.1 * bench_.Spacing() * Eigen::Vector3d(both(random), both(random), both(random));
-      if (bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j] > kOwnPlaceCounts) return true;
+      if (bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j] > kIsUsed) return true;
     }
     return false;
   }
 
-  // Half a pixel inside the photo's border, seen from a place beside its camera.
+  // A thousandth of the photo's size inside its border, seen from a place beside its camera.
   double BorderWeight(std::size_t j, std::size_t side) const {
     const RenderView& v = bench_.sources().views[j];
     std::mt19937 random(static_cast<unsigned>(77 + 4 * j + side));
     std::uniform_real_distribution<double> along(0.1, 0.9), both(-1, 1);
     const double w = v.size_px.x(), h = v.size_px.y(), a = along(random);
-    const Eigen::Vector2d x = side == 0   ? Eigen::Vector2d(0.5, a * h)
-                              : side == 1 ? Eigen::Vector2d(w - 0.5, a * h)
-                              : side == 2 ? Eigen::Vector2d(a * w, 0.5)
-                                          : Eigen::Vector2d(a * w, h - 0.5);
+    const Eigen::Vector2d x = side == 0   ? Eigen::Vector2d(kInside * w, a * h)
+                              : side == 1 ? Eigen::Vector2d((1 - kInside) * w, a * h)
+                              : side == 2 ? Eigen::Vector2d(a * w, kInside * h)
+                                          : Eigen::Vector2d(a * w, (1 - kInside) * h);
     const auto p = SurfaceAt(bench_, v, x);
     if (!p) return kNoFigure;
     const Eigen::Vector3d eye =
@@ -355,6 +357,12 @@ const std::vector<TableRow>& TableRows() {
   return rows;
 }
 
+void ListKeys(JsonKeys& j, MethodProperties& p) {
+  j("method", p.method);
+  for (std::size_t i = 0; i < kTableColumns; ++i) j(TableColumns()[i].key.data(), p.figures[i]);
+}
+void ListKeys(JsonKeys& j, SceneFigures& s) { j("scene", s.scene, "properties", s.properties); }
+
 namespace {
 
 bool Holds(const TableColumn& c, double value) {
@@ -367,8 +375,8 @@ std::string Cell(const std::optional<double>& value, bool whole) {
 }
 
 const std::array<std::optional<double>, kTableColumns>* Find(const SceneFigures& scene, std::string_view method) {
-  for (const auto& [name, figures] : scene.methods)
-    if (name == method) return &figures;
+  for (const MethodProperties& p : scene.properties)
+    if (p.method == method) return &p.figures;
   return nullptr;
 }
 
@@ -421,7 +429,7 @@ std::string TableText(const std::vector<SceneFigures>& scenes) {
     text += "\n|---|";
     for (std::size_t i = 0; i < columns.size(); ++i) text += "---|";
     text += "\n";
-    for (const auto& [name, figures] : s.methods) {
+    for (const auto& [name, figures] : s.properties) {
       text += fmt::format("| {} |", name);
       for (std::size_t i = 0; i < columns.size(); ++i) text += fmt::format(" {} |", Cell(figures[i], i == 2));
       text += "\n";

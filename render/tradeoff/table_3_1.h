@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/tradeoff/ray_bench.h"
+#include "scene/files/json_keys.h"
 
 namespace lumi {
 
@@ -47,11 +48,17 @@ struct TableRow {
 // The fourteen, then the thesis's own algorithm and SIBR's, which it does not have.
 const std::vector<TableRow>& TableRows();
 
-// Methods' figures on one scene, as lumi-render methods --properties writes them: by method, by column.
+// A method's row of the table on a scene, by column, and all of a scene, as methods --properties writes them.
+struct MethodProperties {
+  std::string method;
+  std::array<std::optional<double>, kTableColumns> figures = {};
+};
 struct SceneFigures {
   std::string scene;
-  std::vector<std::pair<std::string, std::array<std::optional<double>, kTableColumns>>> methods;
+  std::vector<MethodProperties> properties;
 };
+void ListKeys(JsonKeys& j, MethodProperties& p);
+void ListKeys(JsonKeys& j, SceneFigures& s);
 // Markdown: the table of ticks (the worst scene decides), then a table of figures a scene.
 std::string TableText(const std::vector<SceneFigures>& scenes);
 

@@ -8,6 +8,7 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/front.cc
     ${CMAKE_CURRENT_LIST_DIR}/measure.cc
     ${CMAKE_CURRENT_LIST_DIR}/methods.cc
+    ${CMAKE_CURRENT_LIST_DIR}/methods_report.cc
     ${CMAKE_CURRENT_LIST_DIR}/properties.cc
     ${CMAKE_CURRENT_LIST_DIR}/ray_bench.cc
     ${CMAKE_CURRENT_LIST_DIR}/sweep.cc

@@ -135,6 +135,45 @@ TEST_F(RenderCommand, APathFromSparseSamplesSaysHowNearItIsToAWeightAtEveryPixel
   EXPECT_THROW(Run(wrong), UsageError);
 }
 
+TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersOwn) {
+  WriteCapture(9);
+  RenderOptions o = Options("published");
+  o.view = capture_.scene.views[4].name;
+  o.leave_out = true;
+  o.settings.method = Algorithm::kPulli1997;
+  o.decided.Add("method");
+  const Json published = Run(o);
+  EXPECT_GT(published["views"][0]["psnr_db"], 20.0);
+  EXPECT_EQ(published["settings"]["method"], "pulli-1997");
+  RenderOptions own = o;
+  own.settings.method = Algorithm::kUlr;
+  EXPECT_NE(Run(own)["views"][0]["psnr_db"], published["views"][0]["psnr_db"]);
+  const auto refused = [&](auto change) {
+    RenderOptions wrong = o;
+    change(wrong);
+    EXPECT_THROW(Run(wrong), UsageError);
+  };
+  refused([](RenderOptions& r) { r.settings.grid_columns = r.settings.grid_rows = 25; });
+  refused([](RenderOptions& r) { r.settings.similarity = Similarity::kFull; });
+  refused([](RenderOptions& r) { r.backend = "gl"; });
+  refused([](RenderOptions& r) { r.show = "weights"; });
+  refused([](RenderOptions& r) { r.budget_ms = 30; });
+  refused([](RenderOptions& r) {
+    r.settings.method = Algorithm::kHeigl1999;
+    r.settings.method_photos = 3;
+  });
+  refused([](RenderOptions& r) {
+    r.settings.method = Algorithm::kUlr;
+    r.decided.Add("method-photos");
+  });
+  // The baseline of a held-out run stays the nearest photo, also where a pair cannot be made of one.
+  RenderOptions held = Options("published-held-out");
+  held.holdout = 4;
+  held.settings.method = Algorithm::kSeitzDyer1996;
+  held.decided.Add("method");
+  EXPECT_GT(Run(held)["nearest_photo_psnr_mean_db"], 10.0);
+}
+
 TEST_F(RenderCommand, HeldOutPhotosAreOfTheirOwnMoments) {
   WriteMovingCapture(13);
   RenderOptions o = Options("own");

@@ -100,6 +100,7 @@ TEST(SettingRules, ChangesFromThePanelNeverMakeAnInvalidCombination) {
       {"r-max-deg", {"0.01", "5", "90"}},
       {"k", {"1", "16", "all"}},
       {"resolution", {"off", "jacobian"}},
+      {"method", {"ulr", "ulr", "heigl-1999", "wood-2000"}},
       {"time", {"on", "off"}}};
   int full = 0;
   for (int i = 0; i < 3000; ++i) {
