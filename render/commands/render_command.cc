@@ -152,6 +152,11 @@ void Prepare(RenderJob& job) {
   lumigraph.ReadPhotos(job.sink);
   job.wanted = WantedBy(job);
   lumigraph.ChooseMeasures(job.wanted.views, job.wanted.use);
+  if ((job.summary.correlation = lumigraph.correlation()))
+    job.sink.Message(
+        fmt::format("photos correlate over this proxy as leaves of {:.3g} to {:.3g} degrees do; noise {:.3g}",
+                    job.summary.correlation->r_min_rad / kRadPerDeg, job.summary.correlation->r_max_rad / kRadPerDeg,
+                    job.summary.correlation->noise));
   job.renderer = job.NewRenderer();
   KeepBudget(job);
   KeepFidelity(job);

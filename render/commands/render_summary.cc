@@ -65,6 +65,14 @@ void ListKeys(JsonKeys& j, OptimumCounts& o) {
   j("dense", o.dense, "nugget_raised", o.nugget_raised, "indefinite", o.indefinite, "small_sums", o.small_sums);
 }
 
+void ListKeys(JsonKeys& j, CorrelationBin& b) {
+  j.Say("angle_deg", b.angle_rad / kRadPerDeg)("correlation", b.correlation, "pairs", b.pairs);
+}
+void ListKeys(JsonKeys& j, MeasuredCorrelation& c) {
+  j.Say("r_min_deg", c.r_min_rad / kRadPerDeg).Say("r_max_deg", c.r_max_rad / kRadPerDeg);
+  j("noise", c.noise, "rms", c.rms, "points", c.points, "bins", c.bins);
+}
+
 void ListKeys(JsonKeys& j, RenderSummary& s) {
   j("frames", s.frames, "ms_per_frame", s.ms_per_frame, "coverage", s.coverage);
   if (s.path) {
@@ -93,6 +101,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.window_frames >= 0) j("window_frames", s.window_frames);
   j("device", s.device).Say("settings", KeysOf(s.settings, s.own_times, s.backend));
   j.IfAny("budget", s.budget).IfAny("fidelity", s.fidelity).IfAny("scale", s.scale)("effects", s.effects);
+  j.IfAny("correlation", s.correlation);
   if (s.samples > 0) j("samples", s.samples);
   if (s.optimum.samples > 0) j("optimum", s.optimum);
 }

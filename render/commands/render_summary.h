@@ -69,6 +69,7 @@ struct RenderSummary {
   std::optional<FidelityChoice> fidelity;
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
+  std::optional<MeasuredCorrelation> correlation;  // of --correlation measured
   long samples = 0;       // of all frames rendered: rays at which weights were computed ...
   OptimumCounts optimum;  // ... and what the optimum says of them
 };

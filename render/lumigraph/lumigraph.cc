@@ -125,7 +125,28 @@ void Lumigraph::SetSettings(const RadianceSettings& settings) {
   if (corrections_.Any()) settings_.exposure = true;
 }
 
+void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
+  if (settings_.correlation != Correlation::kMeasured) return;
+  for (const char* option : {"r-min-deg", "r-max-deg", "noise"})
+    if (decided_.Has(option))
+      throw UsageError(fmt::format("--correlation measured finds --{}: give one of them", option));
+  if (photos_.empty())
+    throw UsageError(
+        "--correlation measured reads all photos, over one mesh",
+        "lumi-render SCENE --correlation measured prints r-min-deg and r-max-deg, which go with --correlation "
+        "falling-leaves");
+  correlation_ = MeasureCorrelation(scene_, mesh_, photos_, use);
+  if (!correlation_)
+    throw DataError("too few photos see the same points to measure how they correlate",
+                    "use --correlation falling-leaves", scene_.folder);
+  settings_.correlation = Correlation::kFallingLeaves;
+  settings_.r_min_rad = correlation_->r_min_rad;
+  settings_.r_max_rad = correlation_->r_max_rad;
+  settings_.noise = correlation_->noise;
+}
+
 void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
+  TakeCorrelation(use);
   const auto world = [&](const RenderView& view) {
     PictureWorld w = For(view);
     for (std::size_t i = 0; i < w.photos.size(); ++i)

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/effects/correlation_fit.h"
 #include "render/effects/effects.h"
 #include "render/effects/estimates.h"
 #include "render/lumigraph/per_view_renderer.h"
@@ -83,6 +84,8 @@ class Lumigraph {
 
   const RadianceSettings& settings() const { return settings_; }
   void SetSettings(const RadianceSettings& settings);
+  // What settings().correlation kMeasured came to; none: nobody asked.
+  const std::optional<MeasuredCorrelation>& correlation() const { return correlation_; }
   const Decided& decided() const { return decided_; }
   const std::vector<Effect>& effects() const { return effects_; }
   std::vector<Effect>& effects() { return effects_; }
@@ -102,6 +105,7 @@ class Lumigraph {
 
  private:
   void RequireNothingMetric(const std::string& proxy) const;
+  void TakeCorrelation(const std::vector<bool>& use);
   void RequireExposure();
   std::unique_ptr<Renderer> WithOwnColors(std::unique_ptr<Renderer> renderer) const;
 
@@ -119,6 +123,7 @@ class Lumigraph {
   PhotoFacts photo_facts_;   // what the photos' colours say
   Corrections corrections_;  // that the photos were read with
   std::vector<Effect> effects_;
+  std::optional<MeasuredCorrelation> correlation_;
 };
 
 // The view called so: by its photo's name, OutputName of it, or its position from 0, in this order. Throws UsageError.

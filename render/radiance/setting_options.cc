@@ -187,8 +187,9 @@ std::vector<SettingOption> MakeOptions() {
   t.Choice("similarity", &S::similarity, {Similarity::kIdentity, Similarity::kFull},
            "Photos weigh each on its own (identity), or as the best linear estimate (full)", "similarity");
   AddK(t);
-  t.Choice("correlation", &S::correlation, {Correlation::kInverse, Correlation::kFallingLeaves},
-           "R(h): 1/h, or the falling-leaves image model's", "correlation");
+  t.Choice("correlation", &S::correlation, {Correlation::kInverse, Correlation::kFallingLeaves, Correlation::kMeasured},
+           "R(h): 1/h, the falling-leaves image model's, or that of the leaves that fit these photos over this proxy",
+           "correlation");
   AddGrid(t);
   t.Choice("sampling", &S::sampling, {Sampling::kCandidates, Sampling::kInterpolated},
            "What a sparse sample gives its pixels: its photos (candidates) or their weights (interpolated)",
@@ -215,6 +216,10 @@ std::vector<SettingOption> MakeOptions() {
          "Photos of a published method, or cells of its grid; below 0: as published");
   t.Real("method-parameter", &S::method_parameter, kAnyNumber,
          "Exponent, share or smoothness of a published method; below 0: as published");
+  t.Real(
+      "noise", &S::noise, {0, 100},
+      "What each photo has of its own, over what correlates with others (variances), 0 to 100: the optimum averages it",
+      {"noise", 0, 10, "%.2f"});
   MeasureList::ForEach([&]<typename M> {
     t.measure = M::kName;
     t.title = M::kTitle;

@@ -28,7 +28,9 @@ std::string Validate(const RadianceSettings& s) {
 }
 
 std::string_view Name(Similarity v) { return v == Similarity::kFull ? "full" : "identity"; }
-std::string_view Name(Correlation v) { return v == Correlation::kInverse ? "inverse" : "falling-leaves"; }
+std::string_view Name(Correlation v) {
+  return v == Correlation::kInverse ? "inverse" : v == Correlation::kMeasured ? "measured" : "falling-leaves";
+}
 std::string_view Name(Combine v) { return v == Combine::kSmooth ? "smooth" : "additive"; }
 std::string_view Name(WeightSum v) {
   return v == WeightSum::kRenormalise ? "renormalise" : v == WeightSum::kConstrained ? "constrained" : "local-mean";

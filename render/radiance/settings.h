@@ -12,8 +12,9 @@ namespace lumi {
 
 // S w = y with all photos that correlate with the ray (Eq. 4.1), or S taken for the identity (sec. 5.1.1).
 enum class Similarity { kIdentity, kFull };
-// R(h): 1/h windowed at the k+1st (Eq. 5.1), or the falling-leaves model's (Eqs. 4.3 to 4.5, corrected).
-enum class Correlation { kInverse, kFallingLeaves };
+// R(h): 1/h windowed at the k+1st (Eq. 5.1), or the falling-leaves model's (Eqs. 4.3 to 4.5, corrected). kMeasured: the
+// falling leaves that fit the photos; who opens a lumigraph finds these, and weights are never asked for with it.
+enum class Correlation { kInverse, kFallingLeaves, kMeasured };
 // How field of view and visibility enter the optimum: S_ij = f_i f_j R(h_ij), y_i = f_i R(h_i), or Eq. 4.7's sum.
 enum class Combine { kSmooth, kAdditive };
 // How the optimum's weights come to sum to 1 (sec. 4.1, and docs/optimum.md).
@@ -51,6 +52,8 @@ struct RadianceSettings : MeasureList::Settings {
   double accuracy = 1e-3;                 // of the optimum's weights, > 0: 1e-4 and up take single precision
   double r_min_rad = 0.001 * kRadPerDeg;  // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadPerDeg;
+  double noise =
+      0;  // variance of what a photo has of its own, over that of what correlates, >= 0: the optimum averages it
 
   int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
   bool epipoles = true;                 // sparse samples at the photos' centres, too

@@ -94,8 +94,9 @@ std::vector<double> RayBench::WeightsAt(const Sources& sources, const Eigen::Vec
   rays.t = {0.0F};
   rays.normal.resize(1);
   rays.face = {-1};
-  traced_.tracer.Trace(eye.cast<float>(), rays.direction, rays.t, rays.normal, rays.face);
-  // The point that is meant, whatever lies before it by a rounding.
+  // The surface of the point that is meant, whatever lies before it: from shortly before the point.
+  constexpr double kShortlyBefore = 1e-3;  // of the distance
+  traced_.tracer.Trace((p - kShortlyBefore * (p - eye)).cast<float>(), rays.direction, rays.t, rays.normal, rays.face);
   rays.t = {static_cast<float>((p - eye).norm())};
   rays.exact_t = {(p - eye).norm()};
   if (setup.method) setup.method->Meet(rays);

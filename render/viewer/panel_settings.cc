@@ -94,6 +94,7 @@ void Weights(ViewerSettings& v) {
   OptionRow(v, "alpha");
   OptionRow(v, "r-min-deg");
   OptionRow(v, "r-max-deg");
+  OptionRow(v, "noise");
   OptionRow(v, "sum");
   OptionRow(v, "combine");
   OptionRow(v, "cutoff-deg");

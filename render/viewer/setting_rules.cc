@@ -18,7 +18,7 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
                                           "visibility", "white-balance", "vignetting"}))
     return fmt::format("{} has weights of its own", Name(s.method));
   if (full && is({"correlation"})) return "the optimum needs falling leaves: 1/h is no covariance";
-  if (!full && is({"sum", "combine", "cutoff-deg", "accuracy"})) return "only for the optimum (similarity full)";
+  if (!full && is({"sum", "combine", "cutoff-deg", "accuracy", "noise"})) return "only for the optimum (similarity full)";
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
   if (full && is({"sampling"})) return "candidates are weighed one by one: the optimum is interpolated";
   if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";

@@ -179,7 +179,7 @@ OracleWeights<Real> OracleOptimum(const ViewSetup& setup, const VisibilityMaps* 
   for (std::size_t i = 0; i < n; ++i) {
     S[i].resize(i + 1);
     for (std::size_t j = 0; j < i; ++j) S[i][j] = photos[i].f * photos[j].f * correlation(photos[i], photos[j]);
-    S[i][i] = 1 + nugget;
+    S[i][i] = 1 + nugget + Real(s.noise);
     y[i] = photos[i].f * correlation(photos[i], view);
     f[i] = photos[i].f;
   }

@@ -172,6 +172,16 @@ TEST(Optimum, AgreesWithAnOracleThatCallsNoneOfItsCode) {
   EXPECT_LT(worst, kTableOfLeaves);
 }
 
+TEST(Optimum, SolvesItWithNoiseOnTheDiagonal) {
+  for (const double noise : {0.1, 2.0}) {
+    RadianceSettings s = Full();
+    s.noise = noise;
+    EXPECT_LT(WorstError(s, 150, 40), 1e-3) << noise;
+    s.accuracy = 1e-9;
+    EXPECT_LT(WorstError(s, 100, 10), 1.2e-7) << noise;
+  }
+}
+
 TEST(Optimum, SolvesItForNeighbouringPixels) {
   EXPECT_LT(WorstError(Full(1e-3), 200, 64, false, true), 1e-3);
   EXPECT_LT(WorstError(Full(1e-6), 200, 64, false, true), 1e-6);

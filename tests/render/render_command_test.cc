@@ -135,6 +135,22 @@ TEST_F(RenderCommand, APathFromSparseSamplesSaysHowNearItIsToAWeightAtEveryPixel
   EXPECT_THROW(Run(wrong), UsageError);
 }
 
+TEST_F(RenderCommand, MeasuredCorrelationBecomesLeavesThatTheSummaryNames) {
+  WriteCapture(25);
+  RenderOptions o = Options("measured");
+  o.holdout = 8;
+  o.settings.correlation = Correlation::kMeasured;
+  o.settings.similarity = Similarity::kFull;
+  o.decided.Add("correlation");
+  const Json j = Run(o);
+  EXPECT_EQ(j["settings"]["correlation"], "falling-leaves");
+  EXPECT_NEAR(j["settings"]["r-max-deg"].get<double>(), j["correlation"]["r_max_deg"].get<double>(), 1e-9);
+  EXPECT_GE(j["correlation"]["bins"].size(), 3u);
+  RenderOptions wrong = o;
+  wrong.decided.Add("r-max-deg");
+  EXPECT_THROW(Run(wrong), UsageError);
+}
+
 TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersOwn) {
   WriteCapture(9);
   RenderOptions o = Options("published");

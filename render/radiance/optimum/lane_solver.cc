@@ -103,7 +103,8 @@ LUMI_INLINE void Multiply(const LaneSystem<T, kBytes>& system, const LaneBlock<T
   const int n = system.count;
   const std::int32_t *first = system.first.data(), *column = system.column.data();
   const LaneBlock<T, kBytes>* s = system.s.data();
-  for (int i = 0; i < n; ++i) out[i].v = p[i].v;
+  const V diagonal = Broadcast<V>(system.diagonal);
+  for (int i = 0; i < n; ++i) out[i].v = diagonal * p[i].v;
   for (int i = 0; i < n; ++i) {
     const V pi = p[i].v;
     V sum = out[i].v;

@@ -32,6 +32,7 @@ struct LaneSystem {
   using Block = LaneBlock<T, kBytes>;
 
   // Set by the caller, `count` entries each.
+  T diagonal = 1;  // of S: 1 + noise
   int count = 0;
   std::vector<Block> u[3];                   // unit directions from the proxy point to the photos' centres
   std::vector<Block> f;                      // the factor of a row and a column: S_ij = f_i f_j R(h_ij)

@@ -81,7 +81,8 @@ class Optimum {
         counts_(counts),
         channels_(ChannelsOf(setup.settings)),
         leaves_(setup.settings.r_min_rad, setup.settings.r_max_rad),
-        groups_(GroupByCentre(setup.sources, channels_.count > 0 || setup.settings.combine == Combine::kAdditive)),
+        groups_(GroupByCentre(setup.sources, channels_.count > 0 || setup.settings.combine == Combine::kAdditive ||
+                                                 setup.settings.noise > 0)),
         additive_(setup.settings.combine == Combine::kAdditive),
         want_z_(setup.settings.sum == WeightSum::kConstrained) {
     any_.resize(static_cast<std::size_t>(sources_.padded));
@@ -228,6 +229,7 @@ class Optimum {
       Choose();
       const std::size_t n = chosen_.size();
       system.Resize(static_cast<int>(n), channels_.count);
+      system.diagonal = static_cast<T>(1 + settings_.noise);
       LanePoints<T, kBytes> p;
       for (std::size_t l = 0; l < kRays; ++l) {
         const Ray& from = ray[std::min(l, lanes - 1)];
@@ -303,7 +305,9 @@ class Optimum {
       }
       dense_.y[i] = dense_.f[i] * leaves_.PSame(h);
     }
-    const DenseResult r = SolveDense(SimilarityMatrix(leaves_, settings_.alpha, dense_), dense_.y, dense_.f, want_z_);
+    Eigen::MatrixXd S = SimilarityMatrix(leaves_, settings_.alpha, dense_);
+    S.diagonal().array() += settings_.noise;
+    const DenseResult r = SolveDense(S, dense_.y, dense_.f, want_z_);
     counts_.nugget_raised += !r.clipped && r.nugget > 1.5 * kNugget;
     counts_.indefinite += r.clipped;
     group_w_.assign(r.w.begin(), r.w.end());

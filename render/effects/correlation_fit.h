@@ -1,0 +1,39 @@
+// How radiance at a point varies with direction, read off the photos (thesis 8.1.1: "as the data have it"): a variogram
+// over the proxy that is rendered over, and the falling leaves that fit it. What makes two photos differ at a point of
+// a rough proxy is mostly that they show different places; noise and gloss come on top. docs/optimum.md.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "render/photos/photo_set.h"
+#include "scene/geometry/mesh.h"
+#include "scene/model/scene.h"
+
+namespace lumi {
+
+struct CorrelationBin {
+  double angle_rad = 0;    // mean of the pairs' angles
+  double correlation = 0;  // 1 - half their mean squared difference over that of pairs far apart; may be negative
+  long pairs = 0;
+};
+
+struct MeasuredCorrelation {
+  double r_min_rad = 0, r_max_rad = 0;  // of the falling leaves that fit
+  double noise = 0;                     // RadianceSettings::noise: correlation is PSame / (1 + noise) beside 0
+  double rms = 0;                       // of the fit, over the bins by their pairs
+  long points = 0;
+  std::vector<CorrelationBin> bins;  // ascending
+};
+
+// Points of the proxy at random pixels of the photos in use (empty: all), with the colours of those that see them; the
+// same for the same photos. nullopt: too few pairs to tell (fewer than kLeastPairs in three bins), or photos that do
+// not differ. Photos need their levels; exposures are divided out. Parallel.
+std::optional<MeasuredCorrelation> MeasureCorrelation(const Scene& scene, const Mesh& proxy,
+                                                      const std::vector<Photo>& photos, const std::vector<bool>& use);
+
+// The leaves whose P_same fits a correlogram best, by weights of the bins' pairs. nullopt for fewer than three bins.
+std::optional<MeasuredCorrelation> FitLeaves(const std::vector<CorrelationBin>& bins);
+
+}  // namespace lumi
