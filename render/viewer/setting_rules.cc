@@ -36,6 +36,8 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
     s.grid_columns = s.grid_rows = 0;
     s.method_photos = s.method_parameter = -1;
   }
+  // Measuring reads all photos, which come while the window is open: lumi-render does it.
+  if (s.correlation == Correlation::kMeasured) s.correlation = Correlation::kFallingLeaves;
   // Whoever turns this renderer's own weights wants to see them.
   if (s.method != Algorithm::kUlr && (option == "similarity" || option == "grid")) s.method = Algorithm::kUlr;
   if (s.similarity == Similarity::kFull) {

@@ -93,7 +93,7 @@ TEST(SettingRules, ChangesFromThePanelNeverMakeAnInvalidCombination) {
   std::mt19937_64 random(11);
   const std::vector<std::pair<std::string, std::vector<std::string>>> moves = {
       {"similarity", {"identity", "full"}},
-      {"correlation", {"inverse", "falling-leaves"}},
+      {"correlation", {"inverse", "falling-leaves", "measured"}},
       {"grid", {"pixel", "25x25", "2x9"}},
       {"sampling", {"candidates", "interpolated"}},
       {"r-min-deg", {"0", "3", "50"}},
@@ -108,6 +108,7 @@ TEST(SettingRules, ChangesFromThePanelNeverMakeAnInvalidCombination) {
     SetOption(s, name, values[random() % values.size()]);
     Reconcile(s, name);
     ASSERT_EQ(Validate(s), "") << "after " << name << " in step " << i;
+    ASSERT_NE(s.correlation, Correlation::kMeasured);
     full += s.similarity == Similarity::kFull ? 1 : 0;
   }
   EXPECT_GT(full, 100);  // it is not that the optimum was never reached
