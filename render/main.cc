@@ -252,18 +252,25 @@ int main(int argc, char** argv) {
                                  return measure();
                                }),
                line.measure);
-  AddMethods(program.Command("methods",
-                             "This renderer beside twelve published methods: held-out error and time, each with the "
-                             "settings that the choosing fold prefers",
-                             [&] {
-                               read();
-                               line.methods.settings = line.render.settings;
-                               line.methods.effects = line.render.effects;
-                               line.methods.decided = line.render.decided;
-                               line.methods.rescale_cameras = line.render.rescale_cameras;
-                               return RunMethods(line.methods, program.progress());
-                             }),
-             line);
+  AddMethods(
+      program.Command("methods",
+                      "This renderer beside twelve published methods: held-out error and time, each with the "
+                      "settings that the choosing fold prefers",
+                      [&] {
+                        read();
+                        if (line.render.settings.method != Algorithm::kUlr ||
+                            line.render.settings.correlation == Correlation::kMeasured)
+                          throw UsageError(
+                              "methods chooses each method's settings itself: neither --method nor --correlation "
+                              "measured goes with it",
+                              "--methods NAME says which are compared");
+                        line.methods.settings = line.render.settings;
+                        line.methods.effects = line.render.effects;
+                        line.methods.decided = line.render.decided;
+                        line.methods.rescale_cameras = line.render.rescale_cameras;
+                        return RunMethods(line.methods, program.progress());
+                      }),
+      line);
   Options table = program.Command("table-3-1", "The thesis's Table 3.1 of what methods --properties measured",
                                   [&] { return RunTable(line.table); });
   table.Add("results", line.table.results, "methods.json of each scene").Required();

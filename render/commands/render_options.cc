@@ -38,15 +38,12 @@ void RequireFidelityAlone(const RenderOptions& o) {
 
 // A published method: weights at every pixel on the CPU, and nothing that is measured in this renderer's own terms.
 void RequirePublished(const RenderOptions& o) {
-  if (o.settings.method == Algorithm::kUlr) {
-    for (const char* name : {"method-photos", "method-parameter"})
-      if (o.decided.Has(name)) throw UsageError(fmt::format("--{} goes with --method", name));
-    return;
-  }
+  if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.settings.method == Algorithm::kUlr) return;
   const auto refuse = [&](const std::string& what) {
     throw UsageError(fmt::format("{} does not go with --method {}", what, Name(o.settings.method)));
   };
-  if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
+  if (o.settings.correlation == Correlation::kMeasured) refuse("--correlation measured");
   if (o.budget_ms) refuse("--budget-ms");
   if (o.fidelity_db) refuse("--fidelity-db");
   if (MeasureFromName(o.show) || o.show == "tessellation") refuse("--show " + o.show);

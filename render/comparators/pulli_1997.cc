@@ -46,8 +46,10 @@ class Pulli final : public PointMethod {
             Eigen::Matrix3d corners;
             corners << near[a].unit, near[b].unit, near[c].unit;
             if (std::abs(corners.determinant()) < kFlat) continue;
-            const Eigen::Vector3d w = corners.inverse() * wanted;
-            if (w.minCoeff() < 0) continue;
+            Eigen::Vector3d w = corners.inverse() * wanted;
+            // At a photo's own place the other two are 0, on either side of it by a rounding.
+            if (w.minCoeff() < -kRounding) continue;
+            w = w.cwiseMax(0.0);
             smallest = near[c].angle;
             std::ranges::fill(share_, 0.0);
             share_[static_cast<std::size_t>(near[a].photo)] = w.x() / w.sum();
@@ -84,7 +86,8 @@ class Pulli final : public PointMethod {
   }
 
  private:
-  static constexpr double kBlocked = static_cast<double>(kBlockedVisibility), kNothing = 1e-12, kFlat = 1e-12;
+  static constexpr double kBlocked = static_cast<double>(kBlockedVisibility), kNothing = 1e-12, kFlat = 1e-12,
+                          kRounding = 1e-9;
   std::vector<double> share_;  // of a photo in the triangle
   double power_;               // of the cosine
 };

@@ -127,9 +127,11 @@ void Lumigraph::SetSettings(const RadianceSettings& settings) {
 
 void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
   if (settings_.correlation != Correlation::kMeasured) return;
-  for (const char* option : {"r-min-deg", "r-max-deg", "noise"})
-    if (decided_.Has(option))
-      throw UsageError(fmt::format("--correlation measured finds --{}: give one of them", option));
+  // A file of settings names all of them, most as they are by default.
+  const RadianceSettings usual;
+  if (settings_.r_min_rad != usual.r_min_rad || settings_.r_max_rad != usual.r_max_rad ||
+      settings_.noise != usual.noise)
+    throw UsageError("--correlation measured finds --r-min-deg, --r-max-deg and --noise: give either");
   if (photos_.empty())
     throw UsageError(
         "--correlation measured reads all photos, over one mesh",

@@ -43,6 +43,7 @@ std::vector<RadianceSettings> Choices(std::string_view name, const RadianceSetti
         RadianceSettings s = WithMethod(base, Method::kOptimumPixel);
         s.resolution = resolution;
         s.r_max_rad = r_max_deg * kRadPerDeg;
+        s.r_min_rad = std::min(s.r_min_rad, s.r_max_rad);
         all.push_back(s);
       }
     else
@@ -186,12 +187,17 @@ class MethodBench {
     if (s.k == 0) s.k = 4;
     // Whether it can heed resolution, where the scene does not call for it, too.
     if (s.method == Algorithm::kUlr && s.resolution == Resolution::kOff) s.resolution = Resolution::kJacobian;
-    const RayFigures rays = MeasureRays(*rays_, s);
+    s.method_photos = s.method_parameter = -1;
+    RayFigures rays;
+    try {
+      rays = MeasureRays(*rays_, s);
+    } catch (const DataError&) {  // it takes the held-out views, and none from beside the photos
+    }
     std::optional<double> correspondence;
     if (plane_) {
       correspondence = 0;
       for (const Judged& j : choosing_) {
-        const RenderRequest request = bench_.Request(j.view, s);
+        const RenderRequest request = bench_.Request(j.view, s);  // not refused at full size, and not here
         const Judged flat{j.view, plane_.get(), j.seen};
         *correspondence +=
             (Judge(j, request, 0).psnr_seen_db.value_or(0) - Judge(flat, request, 0).psnr_seen_db.value_or(0)) /

@@ -223,6 +223,7 @@ class Properties {
   Figures ViewDependence() {
     RadianceSettings everyone = settings_;
     everyone.k = 0;
+    everyone.method = Algorithm::kUlr;
     std::vector<double> blended, nearest, textured;
     std::vector<double> correlations;
     for (const Ray& ray : rays_.RandomRays(kRays)) {

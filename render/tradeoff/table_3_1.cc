@@ -21,21 +21,23 @@ constexpr double kTail = 0.05;    // of a distribution: one ray in twenty may be
 constexpr double kIsUsed = 1e-3;  // a weight near a photo's own camera that says it counts
 constexpr double kLeads = 0.05;   // of the photo that counts most: below it, all are alike
 
-// f(i) for i < n on all cores; what the method throws comes out.
+// f(i) for i < n on all cores. A method may refuse some views: what it throws comes out only where it refuses all.
 template <typename F>
 void ForRays(std::size_t n, const F& f) {
   std::mutex failing;
   std::exception_ptr failure;
+  std::size_t failed = 0;
   ParallelFor(n, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) try {
         f(i);
-      } catch (...) {
+      } catch (const DataError&) {
         const std::lock_guard lock(failing);
         failure = std::current_exception();
+        ++failed;
       }
   });
   CheckInterrupted();
-  if (failure) std::rethrow_exception(failure);
+  if (n > 0 && failed == n) std::rethrow_exception(failure);
 }
 
 std::optional<double> QuantileOf(std::vector<double> values, double share) {

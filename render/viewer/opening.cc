@@ -57,6 +57,8 @@ void OpenAlongMatrices(const ViewerOptions& options, ProgressSink& progress, Ope
                      "use --proxy per-view");
   if (options.budget_ms > 0 || options.refine)
     throw UsageError("--budget-ms and --refine are of a camera that is steered; a path of matrices plays by itself");
+  if (options.settings.method != Algorithm::kUlr)
+    throw UsageError("a path of matrices is drawn by OpenGL as it plays: --method does not go with it");
   if (options.phase) throw UsageError("--phase does not go with a path of matrices: each of its frames has its moment");
   o.lumigraph.MakePictures(kPerViewProxy, true);
   o.lumigraph.ReadPhotos(progress);

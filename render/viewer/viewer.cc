@@ -1,4 +1,5 @@
 #include "render/viewer/viewer.h"
+#include "render/comparators/comparators.h"
 
 #include <epoxy/gl.h>
 
@@ -15,6 +16,12 @@ namespace lumi {
 
 JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
+  if (const std::string problem = ProblemOf(options.settings); !problem.empty()) throw UsageError(problem);
+  if (options.settings.correlation == Correlation::kMeasured)
+    throw UsageError(
+        "--correlation measured reads all photos before the first picture",
+        "lumi-render SCENE --correlation measured --json prints r-min-deg, r-max-deg and noise, which go with "
+        "--correlation falling-leaves");
   if (options.phase && options.decided.Has("time-s")) throw UsageError("--phase and --time-s do not go together");
   std::vector<ScriptStep> script = ParseScript(options.script);
   if (!options.screenshot.empty()) {

@@ -17,6 +17,7 @@
 #include "render/world/renderer.h"
 #include "scene/geometry/rigid3.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 
 namespace lumi {
 namespace {
@@ -429,7 +430,11 @@ TEST_P(EveryComparator, GivesTheSameBytesOnAnyNumberOfThreads) {
   RenderRequest r;
   r.view = MakeRenderView(c.scene, c.scene.views[4]);
   r.settings = Of(GetParam());
-  EXPECT_EQ(renderer->Render(r).data, renderer->Render(r).data);
+  const ImageF many = renderer->Render(r);
+  SetThreadCount(1);
+  const ImageF one = renderer->Render(r);
+  SetThreadCount(0);
+  EXPECT_EQ(many.data, one.data);
 }
 
 TEST_P(EveryComparator, SettingsToChooseFromAreItsOwnAndBeginAsPublished) {

@@ -65,7 +65,7 @@ TEST(CorrelationFit, PhotosOverARougherProxyHaveLessInCommon) {
   EXPECT_EQ(again->bins[0].correlation, exact->bins[0].correlation);
 }
 
-TEST(CorrelationFit, TwoPhotosAreTooFewToTell) {
+TEST(CorrelationFit, OnePhotoTellsNothing) {
   const test::Capture c = test::MakeCapture(5, 48);
   EXPECT_FALSE(MeasureCorrelation(c.scene, c.proxy, c.photos, {true, false, false, false, false}));
 }

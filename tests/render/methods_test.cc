@@ -85,16 +85,16 @@ TEST(Methods, OfFewPhotosEachIsLeftOutInTurn) {
 }
 
 TEST(Methods, AMethodThatCannotTakeTheCamerasIsARefusedRow) {
-  const SceneOfPhotos d("refused", 9);
-  MethodsOptions o = d.Options();
+  // Two photos, one of which is left out: there is no pair.
+  const SceneOfPhotos two("two", 2);
+  MethodsOptions o = two.Options();
   o.methods = {"ulr", "no-such"};
   EXPECT_THROW(RunMethods(o, SilentProgress()), UsageError);
-  // Two photos, one of which is left out: there is no pair.
-  const SceneOfPhotos two("two", 3);
-  o = two.Options();
-  o.methods = {"ulr", "seitz-dyer-1996", "lhuillier-quan-1999"};
+  o.methods = {"ulr", "lhuillier-quan-1999"};
   const Json j = Json::parse(RunMethods(o, SilentProgress()).keys.Text());
-  EXPECT_FALSE(RowOf(j["methods"], "lhuillier-quan-1999").contains("refused"));
+  EXPECT_THAT(RowOf(j["methods"], "lhuillier-quan-1999")["refused"].get<std::string>(),
+              testing::HasSubstr("two photos at different places"));
+  EXPECT_THAT(RunMethodsReport({{o.output / "methods.json"}, {}}).text, testing::HasSubstr("refused"));
 }
 
 class TableFigures : public testing::Test {

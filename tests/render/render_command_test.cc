@@ -147,7 +147,7 @@ TEST_F(RenderCommand, MeasuredCorrelationBecomesLeavesThatTheSummaryNames) {
   EXPECT_NEAR(j["settings"]["r-max-deg"].get<double>(), j["correlation"]["r_max_deg"].get<double>(), 1e-9);
   EXPECT_GE(j["correlation"]["bins"].size(), 3u);
   RenderOptions wrong = o;
-  wrong.decided.Add("r-max-deg");
+  wrong.settings.r_max_rad *= 2;
   EXPECT_THROW(Run(wrong), UsageError);
 }
 
@@ -180,7 +180,7 @@ TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersO
   });
   refused([](RenderOptions& r) {
     r.settings.method = Algorithm::kUlr;
-    r.decided.Add("method-photos");
+    r.settings.method_photos = 3;
   });
   // The baseline of a held-out run stays the nearest photo, also where a pair cannot be made of one.
   RenderOptions held = Options("published-held-out");
