@@ -40,15 +40,6 @@ struct StabilizeOptions {
   int anchors = 0;
 };
 
-// Of the frames that two windows have in common, in the order of time: before `begin` the earlier path alone, from
-// `end` on the later one alone. The later window shows those from `begin` on: there it has the frames before that fill
-// a picture. As wide as that allows: each path is the less sure the nearer it is to its end, and the wider the seam,
-// the slower what leads from one to the other.
-struct Seam {
-  int begin = 0, end = 0;
-};
-Seam SeamOf(int overlap, int half_window);
-
 // Empty, or what is wrong.
 std::string Validate(const StabilizeOptions& options);
 

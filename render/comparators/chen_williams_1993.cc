@@ -15,7 +15,7 @@ class ChenWilliams final : public PointMethod {
  public:
   ChenWilliams(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup)
       : ranked_(RankPhotos(sources, setup, MedianDepth(setup, proxy))),
-        photos_(static_cast<std::size_t>(std::max(1.0, OrOwn(setup.settings.method_photos, 2)))) {
+        photos_(static_cast<std::size_t>(std::max(1.0, OrOwn(setup.settings.method_count, 2)))) {
     const double power = OrOwn(setup.settings.method_parameter, 1);
     place_.assign(static_cast<std::size_t>(setup.sources.count), ranked_.size());
     for (std::size_t i = 0; i < ranked_.size(); ++i) {

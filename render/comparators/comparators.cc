@@ -12,7 +12,7 @@ namespace {
 struct Row {
   ComparatorMaker* make = nullptr;
   ComparatorOptions options;
-  std::vector<double> photos = {-1}, parameters = {-1};  // to choose from, all with all
+  std::vector<double> counts = {-1}, parameters = {-1};  // to choose from, all with all
 };
 
 const Row& RowOf(Algorithm method) {
@@ -54,7 +54,7 @@ std::string ProblemOf(const RadianceSettings& s) {
     return value >= 0 && meaning.empty() ? fmt::format("--{} means nothing to --method {}", option, Name(s.method))
                                          : std::string();
   };
-  std::string text = problem("method-photos", s.method_photos, reads.photos);
+  std::string text = problem("method-count", s.method_count, reads.count);
   return text.empty() ? problem("method-parameter", s.method_parameter, reads.parameter) : text;
 }
 
@@ -64,9 +64,9 @@ std::vector<RadianceSettings> SettingsToChooseFrom(Algorithm method, const Radia
   s.method = method;
   s.similarity = Similarity::kIdentity;
   s.grid_columns = s.grid_rows = 0;
-  for (const double photos : RowOf(method).photos)
+  for (const double count : RowOf(method).counts)
     for (const double parameter : RowOf(method).parameters) {
-      s.method_photos = photos;
+      s.method_count = count;
       s.method_parameter = parameter;
       all.push_back(s);
     }

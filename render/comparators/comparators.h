@@ -18,9 +18,9 @@ namespace lumi {
 std::shared_ptr<const RayMethod> MakeComparator(const Sources& sources, const ProxyTracer& proxy,
                                                 const ViewSetup& setup);
 
-// What method_photos and method_parameter are of it; empty: it does not read them.
+// What method_count and method_parameter are of it; empty: it does not read them.
 struct ComparatorOptions {
-  std::string_view photos, parameter;
+  std::string_view count, parameter;
 };
 ComparatorOptions OptionsOf(Algorithm method);
 // Empty, or which option is given that the method does not read, or cannot take.

@@ -15,7 +15,7 @@ constexpr double kSmallestAngle = 1e-9;  // rad: nearer than this the photo's ow
 class Debevec1996 final : public PointMethod {
  public:
   explicit Debevec1996(const RadianceSettings& s)
-      : photos_(static_cast<std::size_t>(std::max(0.0, OrOwn(s.method_photos, 0)))),
+      : photos_(static_cast<std::size_t>(std::max(0.0, OrOwn(s.method_count, 0)))),
         power_(OrOwn(s.method_parameter, 1)) {}
 
  protected:

@@ -78,8 +78,8 @@ class Debevec1998 final : public PointMethod {
                                                         const Eigen::Vector3d& middle) const {
     std::array<std::pair<std::int32_t, float>, 3> map;
     map.fill({-1, 0.0F});
-    PointSight sight;
-    if (!sight.Look(point.setup, point.visibility, middle.normalized(), middle.norm(), true)) return map;
+    PointSight sight(point.setup, point.visibility);
+    if (!sight.Look(middle.normalized(), middle.norm())) return map;
     const auto around = grid_.Around(-middle);
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d& direction = grid_.Direction(static_cast<std::size_t>(around[k].first));

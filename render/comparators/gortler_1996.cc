@@ -7,7 +7,7 @@
 namespace lumi {
 
 std::shared_ptr<const RayMethod> MakeGortler(const Sources& sources, const ProxyTracer&, const ViewSetup& setup) {
-  return std::make_shared<LightSlab>(FitCameraGrid(sources, setup.settings.method_photos, Name(setup.settings.method)),
+  return std::make_shared<LightSlab>(FitCameraGrid(sources, setup.settings.method_count, Name(setup.settings.method)),
                                      setup);
 }
 

@@ -42,7 +42,7 @@ class LevoyHanrahan final : public LightSlab {
 
 std::shared_ptr<const RayMethod> MakeLevoyHanrahan(const Sources& sources, const ProxyTracer& proxy,
                                                    const ViewSetup& setup) {
-  const CameraGrid grid = FitCameraGrid(sources, setup.settings.method_photos, Name(setup.settings.method));
+  const CameraGrid grid = FitCameraGrid(sources, setup.settings.method_count, Name(setup.settings.method));
   // The plane at the harmonic mean of the distances splits the disparities before and behind it evenly (Chai et al.
   // 2000); the paper puts it by hand.
   ViewSetup from_photo = setup;

@@ -8,68 +8,46 @@
 
 #include "render/comparators/methods.h"
 #include "render/comparators/photo_rank.h"
-#include "render/comparators/point_method.h"
+#include "render/comparators/view_share_method.h"
 
 namespace lumi {
 namespace {
 
-class Pighin final : public PointMethod {
- public:
-  Pighin(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup)
-      : power_(OrOwn(setup.settings.method_parameter, 1)) {
-    const double distance = MedianDepth(setup, proxy);
-    const Eigen::Vector3d object = distance * AxisOf(setup.desired), wanted = -object.normalized();
-    share_.assign(static_cast<std::size_t>(setup.sources.count), 0.0);
-    struct Photo {
-      std::int32_t photo;
-      double angle;
-      Eigen::Vector3d across;  // the photo's direction less the wanted one's part
-    };
-    std::vector<Photo> photos;
-    for (const RankedPhoto& r : RankPhotos(sources, setup, distance)) {
-      const Eigen::Vector3d to = (CentreOf(setup, r.photo) - object).normalized();
-      photos.push_back(
-          {r.photo, 2 * std::atan2((to - wanted).norm(), (to + wanted).norm()), to - to.dot(wanted) * wanted});
-    }
-    if (photos.empty()) return;
-    std::ranges::stable_sort(photos, {}, &Photo::angle);
-    // The nearest, and of those on its other side (the paper's photographs go round a head) the nearest.
-    const Photo& first = photos.front();
-    const Photo* second = nullptr;
-    for (std::size_t i = 1; i < photos.size() && !second; ++i)
-      if (photos[i].across.dot(first.across) < 0) second = &photos[i];
-    if (!second && photos.size() > 1) second = &photos[1];
-    const double both = second ? first.angle + second->angle : 0;
-    share_[static_cast<std::size_t>(first.photo)] = both > 0 ? second->angle / both : 1;
-    if (both > 0) share_[static_cast<std::size_t>(second->photo)] = first.angle / both;
+// The two photographs and what each has of the view.
+std::vector<double> SharesOfTwo(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup) {
+  const double distance = MedianDepth(setup, proxy);
+  const Eigen::Vector3d object = distance * AxisOf(setup.desired), wanted = -object.normalized();
+  std::vector<double> share(static_cast<std::size_t>(setup.sources.count), 0.0);
+  struct Photo {
+    std::int32_t photo;
+    double angle;
+    Eigen::Vector3d across;  // the photo's direction less the wanted one's part
+  };
+  std::vector<Photo> photos;
+  for (const RankedPhoto& r : RankPhotos(sources, setup, distance)) {
+    const Eigen::Vector3d to = (CentreOf(setup, r.photo) - object).normalized();
+    photos.push_back(
+        {r.photo, 2 * std::atan2((to - wanted).norm(), (to + wanted).norm()), to - to.dot(wanted) * wanted});
   }
-
- protected:
-  void AtPoint(const PhotosAtPoint& point, WindowMemo&, WeightedPhotos& out) const override {
-    double sum = 0;
-    for (const std::int32_t j : point.seeing) {
-      const auto i = static_cast<std::size_t>(j);
-      if (!(share_[i] > 0)) continue;
-      const double w = share_[i] * static_cast<double>(point.f[i]) * static_cast<double>(point.v[i]) *
-                       std::pow(FacingOf(point, j), power_);
-      out.camera.push_back(j);
-      out.weight.push_back(static_cast<float>(w));
-      sum += w;
-    }
-    if (sum > 1e-12) return;
-    out.camera.assign(1, NearestInAngle(point));
-    out.weight.assign(1, 1.0F);
-  }
-
- private:
-  std::vector<double> share_;
-  double power_;  // of the cosine
-};
+  if (photos.empty()) return share;
+  std::ranges::stable_sort(photos, {}, &Photo::angle);
+  // The nearest, and of those on its other side (the paper's photographs go round a head) the nearest.
+  const Photo& first = photos.front();
+  const Photo* second = nullptr;
+  for (std::size_t i = 1; i < photos.size() && !second; ++i)
+    if (photos[i].across.dot(first.across) < 0) second = &photos[i];
+  if (!second && photos.size() > 1) second = &photos[1];
+  const double both = second ? first.angle + second->angle : 0;
+  share[static_cast<std::size_t>(first.photo)] = both > 0 ? second->angle / both : 1;
+  if (both > 0) share[static_cast<std::size_t>(second->photo)] = first.angle / both;
+  return share;
+}
 
 }  // namespace
 
 std::shared_ptr<const RayMethod> MakePighin(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup) {
-  return std::make_shared<Pighin>(sources, proxy, setup);
+  return std::make_shared<ViewShareMethod>(SharesOfTwo(sources, proxy, setup),
+                                           OrOwn(setup.settings.method_parameter, 1));
 }
 
 }  // namespace lumi

@@ -17,22 +17,24 @@ RadianceSettings AngleAlone(const RadianceSettings& settings) {
 
 }  // namespace
 
-bool PointSight::Look(const ViewSetup& setup, const VisibilityMaps* visibility, const Eigen::Vector3d& direction,
-                      double t, bool heed_visibility) {
+PointSight::PointSight(const ViewSetup& setup, const VisibilityMaps* visibility)
+    : setup_(setup), visibility_(visibility), settings_(AngleAlone(setup.settings)) {}
+
+bool PointSight::Look(const Eigen::Vector3d& direction, double t) {
   const Eigen::Vector3f d = direction.cast<float>();
   const auto t_float = static_cast<float>(t);
-  EvaluateMeasures(setup.sources, AngleAlone(setup.settings), d, t_float, Eigen::Vector3f::Zero(), measures_);
-  EvaluateVisibility(setup.sources, heed_visibility ? visibility : nullptr, d, t_float, measures_);
+  EvaluateMeasures(setup_.sources, settings_, d, t_float, Eigen::Vector3f::Zero(), measures_);
+  EvaluateVisibility(setup_.sources, visibility_, d, t_float, measures_);
   seeing_.clear();
   bool contained = false;
-  for (std::int32_t j = 0; j < setup.sources.count; ++j) {
+  for (std::int32_t j = 0; j < setup_.sources.count; ++j) {
     const auto i = static_cast<std::size_t>(j);
     if (!(measures_.f[i] > 0)) continue;
     contained = true;
     if (measures_.v[i] > kHalfVisible) seeing_.push_back(j);
   }
   // Where the proxy hides the point from every photo, its word counts for less than a picture without a hole.
-  for (std::int32_t j = 0; contained && seeing_.empty() && j < setup.sources.count; ++j)
+  for (std::int32_t j = 0; contained && seeing_.empty() && j < setup_.sources.count; ++j)
     if (measures_.f[static_cast<std::size_t>(j)] > 0) seeing_.push_back(j);
   return !seeing_.empty();
 }
@@ -43,15 +45,15 @@ void PointMethod::Weigh(const ViewSetup& setup, const VisibilityMaps* visibility
   table.camera.clear();
   table.weight.clear();
   table.alpha.assign(rays.size(), 0.0F);
-  PointSight sight;
+  const VisibilityMaps* const maps = heeds_visibility() ? visibility : nullptr;
+  PointSight sight(setup, maps);
   WindowMemo memo;
   WeightedPhotos row;
-  const VisibilityMaps* const maps = heeds_visibility() ? visibility : nullptr;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const double t = i < rays.exact_t.size() && rays.exact_t[i] > 0 ? rays.exact_t[i] : static_cast<double>(rays.t[i]);
     const Eigen::Vector3d d =
         i < rays.exact_direction.size() ? rays.exact_direction[i] : rays.direction[i].cast<double>().normalized();
-    if (t > 0 && std::isfinite(t) && std::isfinite(rays.t[i]) && sight.Look(setup, maps, d, t, heeds_visibility())) {
+    if (t > 0 && std::isfinite(t) && std::isfinite(rays.t[i]) && sight.Look(d, t)) {
       row.camera.clear();
       row.weight.clear();
       Eigen::Vector3d normal = i < rays.normal.size() ? rays.normal[i].cast<double>() : Eigen::Vector3d(-d);

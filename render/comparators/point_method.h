@@ -36,15 +36,19 @@ struct WindowMemo {
 // The measures of a ray that comparators read: angle, field of view, visibility. Scratch, one a thread.
 class PointSight {
  public:
+  // Of a view. visibility: nullptr where the proxy hides nothing, or nobody heeds it. Both must outlive it.
+  PointSight(const ViewSetup& setup, const VisibilityMaps* visibility);
   // Replaces the arrays. False: no photo contains the point.
-  bool Look(const ViewSetup& setup, const VisibilityMaps* visibility, const Eigen::Vector3d& direction, double t,
-            bool heed_visibility);
+  bool Look(const Eigen::Vector3d& direction, double t);
   const std::vector<float>& theta() const { return measures_.theta; }
   const std::vector<float>& f() const { return measures_.f; }
   const std::vector<float>& v() const { return measures_.v; }
   const std::vector<std::int32_t>& seeing() const { return seeing_; }
 
  private:
+  const ViewSetup& setup_;
+  const VisibilityMaps* visibility_;
+  RadianceSettings settings_;  // angle and field of view alone
   Measures measures_;
   std::vector<std::int32_t> seeing_;
 };

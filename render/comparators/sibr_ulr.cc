@@ -17,7 +17,7 @@ constexpr double kLeastPenalty = 1e-4, kThresholdOverLast = 1.0000001, kNoPhoto 
 class SibrUlr final : public PointMethod {
  public:
   explicit SibrUlr(const RadianceSettings& s)
-      : photos_(static_cast<std::size_t>(std::clamp(OrOwn(s.method_photos, 4), 2.0, 16.0))),
+      : photos_(static_cast<std::size_t>(std::clamp(OrOwn(s.method_count, 4), 2.0, 16.0))),
         beta_(OrOwn(s.method_parameter, 0.1)) {}
 
  protected:

@@ -43,7 +43,7 @@ void SolveCholesky(const std::vector<double>& l, std::size_t n, std::vector<doub
 
 class Wood final : public PointMethod {
  public:
-  explicit Wood(const RadianceSettings& s) : grid_(static_cast<int>(std::clamp(OrOwn(s.method_photos, 2), 1.0, 8.0))) {
+  explicit Wood(const RadianceSettings& s) : grid_(static_cast<int>(std::clamp(OrOwn(s.method_count, 2), 1.0, 8.0))) {
     const double fairness = OrOwn(s.method_parameter, 0.1);
     const std::size_t n = grid_.size();
     fairing_.assign(n * n, 0.0);

@@ -212,8 +212,8 @@ std::vector<SettingOption> MakeOptions() {
   t.Choice("method", &S::method, Algorithms(),
            "Whose weights: this renderer's (ulr), or a published method's, to compare with (docs/methods.md)",
            "method");
-  t.Real("method-photos", &S::method_photos, kAnyNumber,
-         "Photos of a published method, or cells of its grid; below 0: as published");
+  t.Real("method-count", &S::method_count, kAnyNumber,
+         "How many photos, grid points or parts of a side a published method takes; below 0: as published");
   t.Real("method-parameter", &S::method_parameter, kAnyNumber,
          "Exponent, share or smoothness of a published method; below 0: as published");
   t.Real(

@@ -61,7 +61,7 @@ struct RadianceSettings : MeasureList::Settings {
 
   Algorithm method = Algorithm::kUlr;
   // Of a published method, docs/methods.md says what they are there; negative: as its paper has it.
-  double method_photos = -1, method_parameter = -1;
+  double method_count = -1, method_parameter = -1;
 
   bool Sparse() const { return grid_columns > 0; }
   bool operator==(const RadianceSettings&) const = default;

@@ -16,6 +16,7 @@
 #include "render/picture/convert.h"
 #include "render/tradeoff/measure.h"
 #include "render/tradeoff/ray_bench.h"
+#include "render/tradeoff/ray_figures.h"
 #include "render/tradeoff/sweep.h"
 #include "render/tradeoff/table_3_1.h"
 #include "render/world/visibility_maps.h"
@@ -60,7 +61,7 @@ std::vector<RadianceSettings> Choices(std::string_view name, const RadianceSetti
 std::string Chosen(const RadianceSettings& s) {
   if (s.method != Algorithm::kUlr) {
     std::string text;
-    if (s.method_photos >= 0) text += fmt::format("photos {:g}", s.method_photos);
+    if (s.method_count >= 0) text += fmt::format("count {:g}", s.method_count);
     if (s.method_parameter >= 0) text += fmt::format("{}parameter {:g}", text.empty() ? "" : ", ", s.method_parameter);
     return text.empty() ? "as published" : text;
   }
@@ -187,7 +188,7 @@ class MethodBench {
     if (s.k == 0) s.k = 4;
     // Whether it can heed resolution, where the scene does not call for it, too.
     if (s.method == Algorithm::kUlr && s.resolution == Resolution::kOff) s.resolution = Resolution::kJacobian;
-    s.method_photos = s.method_parameter = -1;
+    s.method_count = s.method_parameter = -1;
     RayFigures rays;
     try {
       rays = MeasureRays(*rays_, s);

@@ -94,6 +94,17 @@ std::string ReportText(const std::vector<ReportedScene>& scenes) {
   return text + "\n";
 }
 
+// Each result's scene. Throws InputError where its list is empty.
+template <typename Scene, typename Row>
+std::vector<Scene> ReadAll(const TableOptions& o, std::vector<Row> Scene::*list, const char* what, const char* hint) {
+  std::vector<Scene> scenes;
+  for (const std::filesystem::path& file : o.results) {
+    scenes.push_back(JsonKeys::Read(file, "a file of lumi-render methods").As<Scene>());
+    if ((scenes.back().*list).empty()) throw InputError(file, fmt::format("has no {}", what), hint);
+  }
+  return scenes;
+}
+
 Answer Written(const TableOptions& o, std::size_t scenes, const std::string& text) {
   if (!o.output.empty()) WriteTextAtomically(o.output, text);
   JsonKeys keys;
@@ -104,22 +115,14 @@ Answer Written(const TableOptions& o, std::size_t scenes, const std::string& tex
 }  // namespace
 
 Answer RunMethodsReport(const TableOptions& o) {
-  std::vector<ReportedScene> scenes;
-  for (const std::filesystem::path& file : o.results) {
-    scenes.push_back(JsonKeys::Read(file, "a file of lumi-render methods").As<ReportedScene>());
-    if (scenes.back().methods.empty())
-      throw InputError(file, "has no methods", "lumi-render methods SCENE -o OUT writes OUT/methods.json");
-  }
+  const auto scenes =
+      ReadAll(o, &ReportedScene::methods, "methods", "lumi-render methods SCENE -o OUT writes OUT/methods.json");
   return Written(o, scenes.size(), ReportText(scenes));
 }
 
 Answer RunTable(const TableOptions& o) {
-  std::vector<SceneFigures> scenes;
-  for (const std::filesystem::path& file : o.results) {
-    scenes.push_back(JsonKeys::Read(file, "a file of lumi-render methods").As<SceneFigures>());
-    if (scenes.back().properties.empty())
-      throw InputError(file, "has no properties", "lumi-render methods --properties measures them");
-  }
+  const auto scenes =
+      ReadAll(o, &SceneFigures::properties, "properties", "lumi-render methods --properties measures them");
   return Written(o, scenes.size(), TableText(scenes));
 }
 

@@ -8,25 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "render/tradeoff/ray_bench.h"
 #include "scene/files/json_keys.h"
 
 namespace lumi {
-
-// The columns that rays tell of; pictures tell of navigation, time and correspondence (methods.cc).
-struct RayFigures {
-  std::optional<double> photos_used;      // share of the cameras whose photo counts near its own place
-  std::optional<double> direction_error;  // of a colour that is the direction itself, over that of the mean of all
-  std::optional<double> own_weight;       // of a photo at its own camera, lower 5 %
-  std::optional<double> ray_difference;   // of a weight for one ray from two places on it, upper 5 %
-  std::optional<double> jump;             // of a weight over a step of 1e-7 scene sizes, largest on 20 ways
-  std::optional<double> border_weight;    // of a photo at its border, upper 5 %
-  std::optional<double>
-      coarse_weight_ratio;              // of a photo's weight, once it is four times as far on its own ray; median
-  std::optional<double> hidden_weight;  // of photos from which the proxy hides the point; mean
-};
-// Of these settings, by random rays. Throws what the method does where it takes no view of this scene at all.
-RayFigures MeasureRays(const RayBench& bench, const RadianceSettings& settings);
 
 // A column of the table: what decides.
 struct TableColumn {

@@ -11,6 +11,7 @@ lumi_library(lumi_render_tradeoff COLD
     ${CMAKE_CURRENT_LIST_DIR}/methods_report.cc
     ${CMAKE_CURRENT_LIST_DIR}/properties.cc
     ${CMAKE_CURRENT_LIST_DIR}/ray_bench.cc
+    ${CMAKE_CURRENT_LIST_DIR}/ray_figures.cc
     ${CMAKE_CURRENT_LIST_DIR}/sweep.cc
     ${CMAKE_CURRENT_LIST_DIR}/table_3_1.cc
     ${CMAKE_CURRENT_LIST_DIR}/time_windows.cc

@@ -14,11 +14,12 @@ std::string WhyWithoutEffect(const RadianceSettings& s, std::string_view option)
       if (n == option) return true;
     return false;
   };
-  if (s.method != Algorithm::kUlr && !is({"method", "method-photos", "method-parameter", "exposure", "prefilter",
+  if (s.method != Algorithm::kUlr && !is({"method", "method-count", "method-parameter", "exposure", "prefilter",
                                           "visibility", "white-balance", "vignetting"}))
     return fmt::format("{} has weights of its own", Name(s.method));
   if (full && is({"correlation"})) return "the optimum needs falling leaves: 1/h is no covariance";
-  if (!full && is({"sum", "combine", "cutoff-deg", "accuracy", "noise"})) return "only for the optimum (similarity full)";
+  if (!full && is({"sum", "combine", "cutoff-deg", "accuracy", "noise"}))
+    return "only for the optimum (similarity full)";
   if (!s.Sparse() && is({"sampling", "epipoles"})) return "only on a grid of sparse samples";
   if (full && is({"sampling"})) return "candidates are weighed one by one: the optimum is interpolated";
   if (is({"r-min-deg"}) && s.correlation == Correlation::kInverse) return "only for falling leaves";
@@ -34,7 +35,7 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
   if (option == "method" && s.method != Algorithm::kUlr) {
     s.similarity = Similarity::kIdentity;
     s.grid_columns = s.grid_rows = 0;
-    s.method_photos = s.method_parameter = -1;
+    s.method_count = s.method_parameter = -1;
   }
   // Measuring reads all photos, which come while the window is open: lumi-render does it.
   if (s.correlation == Correlation::kMeasured) s.correlation = Correlation::kFallingLeaves;

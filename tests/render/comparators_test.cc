@@ -382,17 +382,20 @@ TEST(SibrUlr, EvenAtAnEpipoleTheOthersCount) {
   EXPECT_LT(WeightsAt(w, CameraAhead({0, 0, 0}), kPoint, Of(Algorithm::kSibrUlr))[0], 0.8);
 }
 
+// Of a capture of nine, the middle one's view from the other eight.
+ImageF WithoutPhoto4(const test::Capture& c, Algorithm method) {
+  RenderRequest r;
+  r.view = MakeRenderView(c.scene, c.scene.views[4]);
+  r.settings = Of(method);
+  r.use.assign(9, true);
+  r.use[4] = false;
+  return MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos)->Render(r);
+}
+
 class EveryComparator : public testing::TestWithParam<Algorithm> {};
 
 TEST_P(EveryComparator, RendersAWorldOfOneColourInThatColour) {
-  const test::Capture c = test::MakeCapture(9, 48, std::array<std::uint8_t, 3>{200, 90, 40});
-  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-  RenderRequest r;
-  r.view = MakeRenderView(c.scene, c.scene.views[4]);
-  r.settings = Of(GetParam());
-  r.use.assign(9, true);
-  r.use[4] = false;
-  const ImageF image = renderer->Render(r);
+  const ImageF image = WithoutPhoto4(test::MakeCapture(9, 48, std::array<std::uint8_t, 3>{200, 90, 40}), GetParam());
   const double expected[] = {200 / 255.0, 90 / 255.0, 40 / 255.0};
   long covered = 0;
   for (int y = 0; y < image.height; ++y)
@@ -406,13 +409,7 @@ TEST_P(EveryComparator, RendersAWorldOfOneColourInThatColour) {
 
 TEST_P(EveryComparator, IsCloserToThePhotoThanToBlackWithoutIt) {
   const test::Capture c = test::MakeCapture(9, 48);
-  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-  RenderRequest r;
-  r.view = MakeRenderView(c.scene, c.scene.views[4]);
-  r.settings = Of(GetParam());
-  r.use.assign(9, true);
-  r.use[4] = false;
-  const ImageF image = renderer->Render(r);
+  const ImageF image = WithoutPhoto4(c, GetParam());
   double error = 0, energy = 0;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
@@ -426,13 +423,9 @@ TEST_P(EveryComparator, IsCloserToThePhotoThanToBlackWithoutIt) {
 
 TEST_P(EveryComparator, GivesTheSameBytesOnAnyNumberOfThreads) {
   const test::Capture c = test::MakeCapture(9, 48);
-  const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
-  RenderRequest r;
-  r.view = MakeRenderView(c.scene, c.scene.views[4]);
-  r.settings = Of(GetParam());
-  const ImageF many = renderer->Render(r);
+  const ImageF many = WithoutPhoto4(c, GetParam());
   SetThreadCount(1);
-  const ImageF one = renderer->Render(r);
+  const ImageF one = WithoutPhoto4(c, GetParam());
   SetThreadCount(0);
   EXPECT_EQ(many.data, one.data);
 }
@@ -456,8 +449,8 @@ INSTANTIATE_TEST_SUITE_P(Published, EveryComparator, testing::ValuesIn(Algorithm
 
 TEST(Comparators, AnOptionThatTheMethodDoesNotReadIsRefused) {
   RadianceSettings s = Of(Algorithm::kHeigl1999);
-  s.method_photos = 3;
-  EXPECT_THAT(ProblemOf(s), testing::HasSubstr("--method-photos means nothing to --method heigl-1999"));
+  s.method_count = 3;
+  EXPECT_THAT(ProblemOf(s), testing::HasSubstr("--method-count means nothing to --method heigl-1999"));
   s = Of(Algorithm::kWood2000);
   s.grid_columns = s.grid_rows = 25;
   EXPECT_THAT(Validate(s), testing::HasSubstr("--grid"));

@@ -11,6 +11,7 @@
 #include "capture_files.h"
 #include "render/comparators/comparators.h"
 #include "render/tradeoff/ray_bench.h"
+#include "render/tradeoff/ray_figures.h"
 #include "render/tradeoff/table_3_1.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"

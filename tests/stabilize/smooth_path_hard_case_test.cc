@@ -6,6 +6,7 @@
 
 #include "scene/geometry/angle.h"
 #include "stabilize/jitter.h"
+#include "stabilize/path_before.h"
 #include "tests/stabilize/stabilized_walks.h"
 
 namespace lumi {
