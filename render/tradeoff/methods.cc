@@ -38,22 +38,25 @@ std::vector<RadianceSettings> Choices(std::string_view name, const RadianceSetti
   for (const Algorithm a : Algorithms())
     if (a != Algorithm::kUlr && Name(a) == name) return SettingsToChooseFrom(a, base);
   std::vector<RadianceSettings> all;
-  for (const Resolution resolution : {Resolution::kOff, Resolution::kDistance, Resolution::kJacobian})
-    if (name == kOptimum)
-      for (const double r_max_deg : {2.5, 5.0, 10.0}) {
-        RadianceSettings s = WithMethod(base, Method::kOptimumPixel);
-        s.resolution = resolution;
-        s.r_max_rad = r_max_deg * kRadPerDeg;
-        s.r_min_rad = std::min(s.r_min_rad, s.r_max_rad);
-        all.push_back(s);
-      }
-    else
-      for (const int k : {2, 4, 8, 16}) {
-        RadianceSettings s = WithMethod(base, name == kCandidates25 ? Method::kCandidates : Method::kPixel);
-        s.resolution = resolution;
-        s.k = k;
-        all.push_back(s);
-      }
+  const auto add = [&](Method way, Resolution resolution, double feather) -> RadianceSettings& {
+    RadianceSettings& s = all.emplace_back(WithMethod(base, way));
+    s.resolution = resolution;
+    s.fov_feather = feather;
+    return s;
+  };
+  // A wide feather hides a photo's border, and gives the point to photos farther away; the others have none.
+  constexpr double kNarrowFeather = 0.005;
+  for (const Resolution resolution : {Resolution::kOff, Resolution::kJacobian})
+    for (const double feather : {base.fov_feather, kNarrowFeather})
+      if (name == kOptimum)
+        for (const double r_max_deg : {2.5, 5.0, 10.0}) {
+          RadianceSettings& s = add(Method::kOptimumPixel, resolution, feather);
+          s.r_max_rad = r_max_deg * kRadPerDeg;
+          s.r_min_rad = std::min(s.r_min_rad, s.r_max_rad);
+        }
+      else
+        for (const int k : {2, 4, 8})
+          add(name == kCandidates25 ? Method::kCandidates : Method::kPixel, resolution, feather).k = k;
   return all;
 }
 
@@ -66,9 +69,9 @@ std::string Chosen(const RadianceSettings& s) {
     return text.empty() ? "as published" : text;
   }
   if (s.similarity == Similarity::kFull)
-    return fmt::format("r_max {:g} deg, resolution {}", std::round(s.r_max_rad / kRadPerDeg * 10) / 10,
-                       Name(s.resolution));
-  return fmt::format("k {}, resolution {}", s.k, Name(s.resolution));
+    return fmt::format("r_max {:g} deg, resolution {}, feather {:g}", std::round(s.r_max_rad / kRadPerDeg * 10) / 10,
+                       Name(s.resolution), s.fov_feather);
+  return fmt::format("k {}, resolution {}, feather {:g}", s.k, Name(s.resolution), s.fov_feather);
 }
 
 // A held-out photo, the renderer over a proxy that was made without it, and the pixels that two photos see.
