@@ -106,6 +106,40 @@ std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
   return rho;
 }
 
+namespace {
+
+// The standard deviation of a period that is the mean of the frames' own: each has a shift at which a later frame is
+// most like it, as sharp as the difference is bent there. They disagree where times are uneven or the motion slows down.
+double Disagreement(const MatrixXd& v, double period) {
+  constexpr Eigen::Index kReach = 3;  // frames to both sides: as far as a top belongs to this period
+  const auto middle = static_cast<Eigen::Index>(std::lround(period));
+  struct Own {
+    double shift, weight;
+  };
+  std::vector<Own> own;
+  for (Eigen::Index i = 0; i + middle + 1 < v.rows(); ++i) {
+    const auto difference = [&](Eigen::Index k) { return (v.row(i) - v.row(i + k)).squaredNorm(); };
+    const Eigen::Index first = std::max<Eigen::Index>(middle - kReach, 1), last = std::min(middle + kReach, v.rows() - 2 - i);
+    Eigen::Index best = first;
+    for (Eigen::Index k = first; k <= last; ++k)
+      if (difference(k) < difference(best)) best = k;
+    const double before = difference(best - 1), at = difference(best), after = difference(best + 1);
+    const double bend = before - 2 * at + after;
+    if (at > before || at > after || !(bend > 0)) continue;  // still falling at the end of the reach
+    own.push_back({static_cast<double>(best) + Vertex(-before, -at, -after), bend});
+  }
+  double weight = 0, sum = 0, square = 0;
+  for (const Own& o : own) {
+    weight += o.weight;
+    sum += o.weight * o.shift;
+  }
+  if (own.size() < 2) return 0;
+  for (const Own& o : own) square += std::pow(o.weight * (o.shift - sum / weight), 2);
+  return std::sqrt(square) / weight;
+}
+
+}  // namespace
+
 std::optional<PeriodEstimate> FromFewCycles(const Signals& s, const std::vector<double>& rho) {
   const auto n = static_cast<std::size_t>(s.time.size());
   const auto found = ByShift(rho, n);
@@ -137,7 +171,8 @@ std::optional<PeriodEstimate> FromFewCycles(const Signals& s, const std::vector<
   for (const double p : left_out) mean += p / static_cast<double>(left_out.size());
   for (const double p : left_out) square += (p - mean) * (p - mean);
   const auto m = static_cast<double>(left_out.size());
-  e.sigma_frames = std::max(kLeastSigma, std::sqrt((m - 1) / m * square));  // jackknife
+  const double jackknife = std::sqrt((m - 1) / m * square);
+  e.sigma_frames = std::max({kLeastSigma, jackknife, Disagreement(AtWholeFrames(s), found->period)});
   return e;
 }
 

@@ -6,7 +6,6 @@
 // all the same.
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <boost/multiprecision/cpp_dec_float.hpp>
 #include <chrono>
 #include <ctime>
@@ -18,6 +17,7 @@
 #include "render/radiance/optimum/optimum.h"
 #include "render/radiance/reconstruct.h"
 #include "scene/program/parallel.h"
+#include "tests/benchmark/plain_optimum.h"
 #include "tests/render/optimum_oracle.h"
 
 namespace lumi::test {
@@ -112,7 +112,7 @@ Errors Compare(const WeightTable& table, const Truth<Real>& truth) {
   return {e.back(), e[e.size() / 2]};
 }
 
-// What the estimator is without any of this: 262 photos a ray, the matrix filled pair by pair, Cholesky in double.
+// What the estimator is without any of this (plain_optimum.h), with the same instructions.
 Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count) {
   const FallingLeaves leaves(setup.settings.r_min_rad, setup.settings.r_max_rad);
   double checksum = 0;
@@ -123,26 +123,12 @@ Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count
           Measures m;
           for (std::size_t i = begin; i < end; ++i) {
             EvaluateMeasures(setup.sources, setup.settings, rays.direction[i], rays.t[i], Eigen::Vector3f::Zero(), m);
-            const Eigen::Index n = setup.sources.count;
+            PlainSample sample{setup.sources.count,    setup.sources.dx.data(), setup.sources.dy.data(),
+                               setup.sources.dz.data(), m.f.data(),              m.theta.data(),
+                               {},                      kNugget};
             const Eigen::Vector3d p = static_cast<double>(rays.t[i]) * rays.direction[i].cast<double>();
-            Eigen::Matrix3Xd u(3, n);
-            for (Eigen::Index j = 0; j < n; ++j) {
-              const auto k = static_cast<std::size_t>(j);
-              u.col(j) =
-                  (Eigen::Vector3f(setup.sources.dx[k], setup.sources.dy[k], setup.sources.dz[k]).cast<double>() - p)
-                      .normalized();
-            }
-            Eigen::MatrixXd S = Eigen::MatrixXd::Identity(n, n);
-            Eigen::VectorXd y(n);
-            for (Eigen::Index j = 0; j < n; ++j) {
-              const auto fj = static_cast<double>(m.f[static_cast<std::size_t>(j)]);
-              y[j] = fj * leaves.PSame(static_cast<double>(m.theta[static_cast<std::size_t>(j)]));
-              for (Eigen::Index k = j + 1; k < n; ++k)
-                S(k, j) = fj * static_cast<double>(m.f[static_cast<std::size_t>(k)]) *
-                          leaves.PSameCubic(std::acos(std::min(1.0, u.col(j).dot(u.col(k)))));
-            }
-            S.diagonal().array() += kNugget;
-            sums[i] = S.llt().solve(y).sum();
+            std::copy(p.begin(), p.end(), sample.point);
+            sums[i] = SolvePlainly(sample, leaves);
           }
         });
         for (const double s : sums) checksum += s;
@@ -186,7 +172,9 @@ void Widths() {
   SetThreadCount(2);
   const DeskLike desk = MakeDeskLike();
   constexpr std::size_t kSamples = 40;
-  fmt::print("by registers; ms on the cores, a thread\n  accuracy cutoff bytes  error max    640x480     25x25\n");
+  fmt::print(
+      "\n## The optimum in narrower registers\n\nThe process's time on its cores, a thread.\n\n| `--accuracy` | "
+      "`--cutoff-deg` | registers, bytes | largest error | 640x480 s | 25x25 ms |\n|---|---|---|---|---|---|\n");
   Truth<long double> truth;
   for (const auto& [accuracy, cutoff] : std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-6, 28.0}}) {
     const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, Settings(accuracy, cutoff));
@@ -197,8 +185,8 @@ void Widths() {
       OptimumCounts counts;
       WeighOptimal(setup, nullptr, random, table, counts, width);
       const Speed speed = MeasureSpeed(desk, setup, 1, 21, width);
-      fmt::print("  {:8g} {:6g} {:5}   {:8.1e}   {:8.0f}  {:8.2f}\n", accuracy, cutoff, static_cast<int>(width),
-                 Compare(table, truth).largest, speed.frame.cpu_ms, speed.sparse.cpu_ms);
+      fmt::print("| {:g} | {:g} | {} | {:.1e} | {:.2f} | {:.1f} |\n", accuracy, cutoff, static_cast<int>(width),
+                 Compare(table, truth).largest, speed.frame.cpu_ms / 1000, speed.sparse.cpu_ms);
     }
   }
 }
@@ -223,8 +211,9 @@ void Main(bool quick) {
       if (!decimal.samples[i].weight.empty())
         worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) -
                                          static_cast<double>(truth.samples[i].weight[j])));
-  fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample\n", samples, truth.correlated);
-  fmt::print("oracle: long double on all of them, within {:.1g} of 50 digits on {}\n", worst, decimal_samples);
+  fmt::print("\n## The optimum: error and time\n\n");
+  fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample. Oracle: long double on all of them, within "
+             "{:.1g} of 50 digits on {}; ", samples, truth.correlated, worst, decimal_samples);
   {
     std::vector<Eigen::Vector3d> D;
     for (const RenderView& v : desk.sources.views) D.push_back(v.centre - desk.view.centre);
@@ -241,26 +230,12 @@ void Main(bool quick) {
       }
     });
     std::sort(moved.begin(), moved.end());
-    fmt::print("rays and centres are stored in float: that alone moves a weight by up to {:.0e}, median {:.0e}\n\n",
+    fmt::print("rays and centres are stored in float, which alone moves a weight by up to {:.0e}, median {:.0e}. ",
                moved.back(), moved[samples / 2]);
   }
 
   const Time plain = PlainTime(base, random, quick ? 40 : 200);
   const double frame_samples = kWidth * kHeight;
-  fmt::print(
-      "plain dense Cholesky in double, {:.3f} ms a sample ({:.3f} on the cores): {:.0f} s at {}x{}, {:.0f} ms on "
-      "25x25\n\n",
-      plain.median_ms, plain.cpu_ms, plain.cpu_ms * frame_samples / 1000, kWidth, kHeight, plain.cpu_ms * 625);
-
-  fmt::print("error of the cutoff (double, against the full system)\n  degrees     max   median\n");
-  for (const double cutoff : {10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 40.0, 180.0}) {
-    WeightTable table;
-    OptimumCounts counts;
-    WeighOptimal(setup_for(Settings(1e-7, cutoff)), nullptr, random, table, counts);
-    const Errors e = Compare(table, truth);
-    fmt::print("  {:7g}  {:6.0e}   {:6.0e}\n", cutoff, e.largest, e.median);
-  }
-
   for (const auto& [what, r_min_deg, accuracy] : std::vector<std::tuple<std::string, double, double>>{
            {"accuracy 1e-9", 0.001, 1e-9}, {"leaves of one size", 5, 1e-3}}) {
     RadianceSettings s = Settings(accuracy, 20);
@@ -273,13 +248,14 @@ void Main(bool quick) {
     OptimumCounts counts;
     const double ms =
         Measure([&] { WeighOptimal(setup, nullptr, some, table, counts); }, 3).cpu_ms * ThreadCount() / 64;
-    fmt::print("\nray by ray ({}): {:.2f} ms a sample, one thread\n", what, ms);
+    fmt::print("Ray by ray ({}): {:.2f} ms a sample, one thread. ", what, ms);
   }
 
-  fmt::print("\nms: the wall's median (on the cores, a thread); x: plain over it, both on the cores\n");
   fmt::print(
-      "  accuracy cutoff sum          error max   median      640x480 ms           x          25x25 ms       x   "
-      "dense\n");
+      "Times: the wall's median; x: plain over it, both on the cores.\n\n| `--accuracy` | `--cutoff-deg` | `--sum` | "
+      "largest error | median | 640x480 s | x | 25x25 ms | x |\n|---|---|---|---|---|---|---|---|---|\n"
+      "| plain Cholesky, {:.3f} ms a sample | | | | | {:.0f} | 1 | {:.0f} | 1 |\n",
+      plain.cpu_ms, plain.cpu_ms * frame_samples / 1000, plain.cpu_ms * 625);
   const auto row = [&](double accuracy, double cutoff, WeightSum sum) {
     RadianceSettings s = Settings(accuracy, cutoff);
     s.sum = sum;
@@ -289,14 +265,20 @@ void Main(bool quick) {
     WeighOptimal(setup, nullptr, random, table, counts);
     const Errors e = Compare(table, truth);
     const auto [frame, sparse] = MeasureSpeed(desk, setup, quick ? 1 : 3, quick ? 7 : 41, LaneWidths().front());
-    fmt::print("  {:8g} {:6g} {:12}  {:8.1e} {:8.1e}  {:8.0f} ({:6.0f})  {:6.0f}  {:8.2f} ({:6.2f})  {:6.0f}   {}\n",
-               accuracy, cutoff, Name(sum), e.largest, e.median, frame.median_ms, frame.cpu_ms,
-               plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms, sparse.cpu_ms,
-               plain.cpu_ms * 625 / sparse.cpu_ms, counts.dense);
+    fmt::print("| {:g} | {:g} | {} | {:.1e} | {:.1e} | {:.2f} | {:.0f} | {:.1f} | {:.0f} |\n", accuracy, cutoff, Name(sum),
+               e.largest, e.median, frame.median_ms / 1000, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms,
+               plain.cpu_ms * 625 / sparse.cpu_ms);
   };
   for (const auto& [accuracy, cutoff] :
        std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}})
     row(accuracy, cutoff, WeightSum::kLocalMean);
+  std::vector<std::pair<double, Errors>> by_cutoff;
+  for (const double cutoff : {10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 40.0, 180.0}) {
+    WeightTable table;
+    OptimumCounts counts;
+    WeighOptimal(setup_for(Settings(1e-7, cutoff)), nullptr, random, table, counts);
+    by_cutoff.emplace_back(cutoff, Compare(table, truth));
+  }
   for (const WeightSum sum : {WeightSum::kRenormalise, WeightSum::kConstrained}) {
     RadianceSettings full = Settings(1e-3, 180);
     full.sum = sum;
@@ -307,6 +289,10 @@ void Main(bool quick) {
          std::vector<std::pair<double, double>>{{1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 180.0}})
       row(accuracy, cutoff, sum);
   }
+  fmt::print(
+      "\n## The optimum: what a cutoff leaves out\n\nIn double, against the full system.\n\n| `--cutoff-deg` | largest "
+      "error | median |\n|---|---|---|\n");
+  for (const auto& [cutoff, e] : by_cutoff) fmt::print("| {:g} | {:.0e} | {:.0e} |\n", cutoff, e.largest, e.median);
 }
 
 }  // namespace

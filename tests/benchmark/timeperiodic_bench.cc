@@ -1,14 +1,17 @@
 // What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures
-// at unseen places and phases against the width of the time window.
+// at unseen places and phases against the width of the time window and the distance to the nearest photo.
 //
 //   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's
 //   video timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with
 //   pendulum/
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -43,6 +46,8 @@ void Row(const std::string& name, const fs::path& video, bool moving, double tru
               j["period_sigma_frames"].get<double>(), 100 * (period / truth - 1), j["seconds"].get<double>());
   std::fflush(stdout);
 }
+
+constexpr std::array<double, 5> kWindows{0.5, 1, 2, 4, 8};  // frames
 
 struct UnseenView {
   Rigid3 cam_from_world;
@@ -197,25 +202,71 @@ class Unseen {
   TemporaryFolder work_;
 };
 
-// Over the simulation's own cameras and billboard, against the window's width: five views a step beside a photo's
-// camera.
+// A photo's camera moved by `away` (of the extent of the cameras' centres), away from all of them: along the direction
+// in which they spread least, across its own axis, to the side that fewer of them are on. How far it then is from the
+// nearest of them is what counts.
+struct Standpoint {
+  Rigid3 cam_from_world;
+  double nearest = 0;  // world units
+};
+Standpoint Away(const Scene& scene, const View& photo, double away) {
+  const Eigen::Vector3d centre = photo.cam_from_world.OriginInSource();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const View& v : scene.views) mean += v.cam_from_world.OriginInSource() / static_cast<double>(scene.views.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const View& v : scene.views) {
+    const Eigen::Vector3d d = v.cam_from_world.OriginInSource() - mean;
+    spread += d * d.transpose();
+  }
+  const Eigen::Vector3d axis = photo.cam_from_world.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+  // Of the three main directions the narrowest that is not the axis itself.
+  Eigen::Vector3d side = solver.eigenvectors().col(0);
+  if (std::abs(side.dot(axis)) > 0.7) side = solver.eigenvectors().col(1);
+  side = (side - side.dot(axis) * axis).normalized();
+  if (side.dot(centre - mean) < 0) side = -side;
+  const Eigen::Vector3d at = centre + away * side;
+  Standpoint stand{photo.cam_from_world, std::numeric_limits<double>::infinity()};
+  stand.cam_from_world.translation = -(stand.cam_from_world.rotation * at);
+  for (const View& v : scene.views)
+    stand.nearest = std::min(stand.nearest, (v.cam_from_world.OriginInSource() - at).norm());
+  return stand;
+}
+
+// The largest distance between two photos' cameras.
+double Extent(const Scene& scene) {
+  double extent = 0;
+  for (const View& a : scene.views)
+    for (const View& b : scene.views)
+      extent = std::max(extent, (a.cam_from_world.OriginInSource() - b.cam_from_world.OriginInSource()).norm());
+  return extent;
+}
+
+// Over the simulation's own cameras and billboard, against the window's width and how far the view is from the nearest
+// photo's camera: five views a distance.
 void Pictures(const std::string& example, const fs::path& capture) {
   const Scene scene = OpenScene(capture, {}, SilentProgress());
-  const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s;
+  const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s, extent = Extent(scene);
   const std::vector<double> phases{0.03, 0.21, 0.47, 0.72, 0.93};
-  std::vector<UnseenView> views;
-  for (std::size_t i = 0; i < phases.size(); ++i) {
-    Rigid3 pose = scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())].cam_from_world;
-    pose.translation.x() -= 0.013;  // the camera goes to its right
-    views.push_back({pose, phases[i]});
-  }
-  const Unseen unseen(example, scene, views);
-  std::printf("| %s, without time | | %.2f |\n", example.c_str(), unseen.Psnr(scene, views, false, {}));
-  for (const double frames : {0.5, 1.0, 2.0, 4.0, 8.0}) {
-    const double window_s = frames * frame_s;
-    if (window_s > *scene.period_s) break;
-    std::printf("| %s | %g | %.2f |\n", example.c_str(), frames,
-                unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
+  for (const double away : {0.005, 0.05, 0.1, 0.2, 0.4}) {
+    std::vector<UnseenView> views;
+    double nearest = 0;
+    for (std::size_t i = 0; i < phases.size(); ++i) {
+      const Standpoint at = Away(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], away * extent);
+      views.push_back({at.cam_from_world, phases[i]});
+      nearest += at.nearest / static_cast<double>(phases.size());
+    }
+    const Unseen unseen(example, scene, views);
+    std::printf("| %s | %.3f | %.1f | %.2f |", example.c_str(), nearest, 100 * nearest / extent,
+                unseen.Psnr(scene, views, false, {}));
+    for (const double frames : kWindows) {
+      const double window_s = frames * frame_s;
+      if (window_s > *scene.period_s)
+        std::printf(" |");
+      else
+        std::printf(" %.2f |", unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
+    }
+    std::printf("\n");
     std::fflush(stdout);
   }
 }
@@ -295,7 +346,11 @@ int main(int argc, char** argv) {
     if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum"))
       Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
     std::printf(
-        "\n| pixels where something moves, five unseen views and phases | window, frames | PSNR dB |\n|---|---|---|\n");
+        "\n## Time-periodic scenes: unseen views\n\nPSNR (dB) over the pixels where something moves at any time, five views "
+        "and phases a row; the nearest photo's camera in world units and as a share of the cameras' extent; windows in "
+        "frames.\n\n| scene | nearest camera | %% of extent | without time |");
+    for (const double frames : kWindows) std::printf(" window %g |", frames);
+    std::printf("\n|---|---|---|---|---|---|---|---|---|\n");
     for (const char* name : {"lamp", "helicopter"}) Pictures(name, work / name);
   } catch (const Error& e) {
     return std::fprintf(stderr, "timeperiodic_bench: %s\n", e.what()), static_cast<int>(e.code());

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# What rendering costs: the optimum, sparse samples and their blends on the CPU and in OpenGL, each beside its baseline
+# Programs: lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export optimum_bench sparse_blend_bench gl_blend_bench vanishing_point_bench test_render_hard_cases bench_figures
+. "${BASH_SOURCE[0]%/*}/common.sh"
+
+"$bin/optimum_bench"
+"$bin/optimum_bench" --widths
+block "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1
+block 'Sparse samples, CPU (2 threads)' "$bin/sparse_blend_bench" time views
+block 'Sparse samples, OpenGL' "$bin/gl_blend_bench"
+# What a user waits for: rays, weights and blending together, along a path of ten frames.
+whole_frame() {
+  local what=$1 width=$2 json
+  shift 2
+  json=$("$bin/lumi-render" "$work/desk-262" -o "$work/whole-frames" --proxy plane --width "$width" --seconds 0.34 --json --quiet "$@")
+  rm -rf "$work/whole-frames"
+  printf '| %s | %sx%s | %s |\n' "$what" "$width" "$((width * 3 / 4))" "$(json_figure "$json" ms_per_frame 1)"
+}
+simulated desk-262 desk
+[ -f "$work/desk-262/proxies/plane.ply" ] || "$bin/lumi-proxy" plane "$work/desk-262" --quiet >/dev/null
+heading 'Whole frames: 262 photos of desk over a plane'
+printf '| how | pixels | ms a frame |\n|---|---|---|\n'
+whole_frame 'as by default: a weight a pixel' 1024
+whole_frame 'candidates, 25x25' 1024 --grid 25x25
+whole_frame 'candidates, 25x25, without prefilter' 1024 --grid 25x25 --prefilter off
+whole_frame 'interpolated, 25x25, without prefilter' 1024 --grid 25x25 --sampling interpolated --prefilter off
+whole_frame 'optimum, 25x25' 640 --grid 25x25 --similarity full
+whole_frame 'optimum, a weight a pixel' 640 --similarity full --seconds 0.07
+block 'Sparse samples against a weight a pixel: desk, foreground, plane' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane
+block 'Sparse samples against a weight a pixel: desk, foreground, true mesh' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth
+block 'Fig. 6-3: angles by vanishing points against true ones' "$bin/vanishing_point_bench" "$work/desk-262" --proxy plane -o "$work/figure-6-3"
+if captured fox; then
+  for proxy in plane mesh; do block "Sparse samples against a weight a pixel: fox, $proxy" "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy"; done
+fi
+if [ -d "${data:-/nowhere}/knights" ]; then
+  if [ ! -f "$work/knights/lumigraph.json" ]; then
+    # A rectified camera grid: places from the files' names, a focal length that nothing tells.
+    "$bin/lumi-reconstruct" "$data/knights/images" -o "$work/knights" --rig grid --quiet >/dev/null
+    "$bin/lumi-proxy" auto "$work/knights" --quiet >/dev/null
+  fi
+  block 'Sparse samples against a weight a pixel: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
+  block 'Held out: knights' "$bin/lumi-render" "$work/knights" --holdout 8
+fi
+block 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane

@@ -1,0 +1,107 @@
+#include "tests/benchmark/docs_figures.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+using ::testing::HasSubstr;
+
+PrintedFigures Example() {
+  PrintedFigures figures;
+  figures["render"] = {"./bench.sh --only render", "GCC", 12, {
+      "## Held out", "", "| capture | proxy | PSNR dB |", "|---|---|---|", "| desk | mesh | 26.684 |", "| | dense | 27.1 |",
+      "| fox | mesh | 24.0 +- 0.2 |", "", "## Fly-through", "", "```", "## no heading", "sparse 12.5 ms a frame", "```", ""}};
+  return figures;
+}
+
+std::string Filled(const std::string& markdown) { return FillInFigures(markdown, "page.md", Example()); }
+
+std::string Refusal(const std::string& markdown) {
+  try {
+    Filled(markdown);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(DocsFigures, WhatStandsBelowAHeadingReplacesWhatTheMarkHeld) {
+  EXPECT_EQ(Filled("a\n<!-- figures render: Fly-through -->\nold\n<!-- end -->\nb\n"),
+            "a\n<!-- figures render: Fly-through -->\n```\n## no heading\nsparse 12.5 ms a frame\n```\n<!-- end -->\nb\n");
+}
+
+TEST(DocsFigures, ACellIsFoundByItsRowAndColumn) {
+  EXPECT_EQ(Filled("<!-- figure render: Held out | desk | PSNR dB -->?<!-- end --> dB"),
+            "<!-- figure render: Held out | desk | PSNR dB -->26.684<!-- end --> dB");
+  EXPECT_EQ(Filled("<!-- figure render: Held out | desk | PSNR dB | 1 --><!-- end -->"),
+            "<!-- figure render: Held out | desk | PSNR dB | 1 -->26.7<!-- end -->");
+  EXPECT_EQ(Filled("<!-- figure render: Held out | fox | PSNR dB | 2 --><!-- end -->"),
+            "<!-- figure render: Held out | fox | PSNR dB | 2 -->24.00<!-- end -->");
+}
+
+TEST(DocsFigures, AnEmptyFirstCellIsTheOneAbove) {
+  EXPECT_EQ(Filled("<!-- figure render: Held out | desk / dense | PSNR dB --><!-- end -->"),
+            "<!-- figure render: Held out | desk / dense | PSNR dB -->27.1<!-- end -->");
+}
+
+TEST(DocsFigures, ARegularExpressionFindsWhatIsInNoTable) {
+  EXPECT_EQ(Filled("<!-- figure render: Fly-through ~ ([0-9.]+) ms --><!-- end -->"),
+            "<!-- figure render: Fly-through ~ ([0-9.]+) ms -->12.5<!-- end -->");
+}
+
+TEST(DocsFigures, FillingInTwiceChangesNothing) {
+  const std::string once = Filled("<!-- figure render: Held out | desk | PSNR dB -->1<!-- end -->, and\n"
+                                  "<!-- figures render: Held out -->\n<!-- end -->\n");
+  EXPECT_EQ(Filled(once), once);
+}
+
+TEST(DocsFigures, WhatWasNotPrintedIsRefusedWithItsLine) {
+  EXPECT_THAT(Refusal("\n\n<!-- figures other: Held out -->\n<!-- end -->"), HasSubstr("line 3: docs/figures.json has no part 'other'"));
+  EXPECT_THAT(Refusal("<!-- figures render: Held -->\n<!-- end -->"), HasSubstr("no heading 'Held'"));
+  EXPECT_THAT(Refusal("<!-- figure render: Held out | plaza | PSNR dB --><!-- end -->"), HasSubstr("no row 'plaza'"));
+  EXPECT_THAT(Refusal("<!-- figure render: Held out | desk | SSIM --><!-- end -->"), HasSubstr("column 'SSIM'"));
+  EXPECT_THAT(Refusal("<!-- figure render: Held out | desk | proxy | 1 --><!-- end -->"), HasSubstr("is no number"));
+  EXPECT_THAT(Refusal("<!-- figure render: Held out | desk --><!-- end -->"), HasSubstr("is wanted"));
+  EXPECT_THAT(Refusal("<!-- figure render: Fly-through ~ ([0-9]+) miles --><!-- end -->"), HasSubstr("nothing printed matches"));
+  EXPECT_THAT(Refusal("<!-- figure render: Fly-through ~ ( --><!-- end -->"), HasSubstr("no regular expression"));
+}
+
+TEST(DocsFigures, AMarkThatIsNotClosedIsRefused) {
+  EXPECT_THAT(Refusal("<!-- figures render: Held out -->\n"), HasSubstr("without their <!-- end -->"));
+  EXPECT_THAT(Refusal("<!-- figures render: Held out -->\n<!-- figures render: Held out -->\n<!-- end -->"),
+              HasSubstr("without their <!-- end -->"));
+  EXPECT_THAT(Refusal("<!-- figures render: Held out"), HasSubstr("without its -->"));
+}
+
+TEST(DocsFigures, TheFileKeepsWhatWasPrinted) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "docs_figures.json";
+  std::ofstream(file) << ToJson(Example());
+  EXPECT_EQ(ToJson(ReadPrintedFigures(file)), ToJson(Example()));
+  std::ofstream(file) << "{\"parts\": 3}";
+  EXPECT_THROW(ReadPrintedFigures(file), InputError);
+}
+
+// The figures in README and docs are those that bench.sh printed: ./bench.sh --update-docs writes both.
+TEST(DocsFigures, PagesSayWhatTheBenchPrinted) {
+  const std::filesystem::path root = LUMI_SOURCE_DIR;
+  const PrintedFigures figures = ReadPrintedFigures(root / kFiguresFile);
+  ASSERT_FALSE(figures.empty());
+  int marks = 0;
+  for (const std::filesystem::path& page : PagesWithFigures(root)) {
+    std::ifstream in(page);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    ASSERT_FALSE(text.empty()) << page;
+    marks += text.find("<!-- figure") != std::string::npos;
+    EXPECT_EQ(FillInFigures(text, page.string(), figures), text) << page << ": run build/release/bin/docs_figures update";
+  }
+  EXPECT_GT(marks, 3);
+}
+
+}  // namespace
+}  // namespace lumi
