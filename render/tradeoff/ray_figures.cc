@@ -120,7 +120,7 @@ class RayProperties {
 
  private:
   static constexpr std::size_t kBorderRays = 4;
-  static constexpr double kInside = 1e-3;
+  static constexpr double kInside = 1e-4;  // of its width: at the border, and still within rounding
 
   // Of a photo at its own camera: visibility's feathers beside silhouettes are another column's.
   RadianceSettings Clear() const {

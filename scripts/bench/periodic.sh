@@ -11,7 +11,7 @@ rm -rf "$work/stage-scene"
 "$bin/lumi-reconstruct" "$work/stage/videos" -o "$work/stage-scene" 2>&1 | grep 'start at frames'
 printf '```\n\n## Scenes that carry times\n\n'
 "$bin/time_scenes_bench" "$work" ${data:+"$data"}
-printf '\n## Time-periodic scenes\n\n'
+heading 'Time-periodic scenes: periods'
 "$bin/timeperiodic_bench" "$work" ${data:+"$data"}
 for example in 'lamp 150.37' 'helicopter 15.37'; do
   printf '\n## lumi-timeperiodic period --tradeoff: %s\n\n```\n' "${example% *}"

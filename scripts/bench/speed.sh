@@ -6,13 +6,13 @@
 "$bin/optimum_bench"
 "$bin/optimum_bench" --widths
 block "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1
-block 'Sparse samples, CPU (2 threads)' "$bin/sparse_blend_bench" time views
-block 'Sparse samples, OpenGL' "$bin/gl_blend_bench"
+"$bin/sparse_blend_bench" time views
+"$bin/gl_blend_bench"
 # What a user waits for: rays, weights and blending together, along a path of ten frames.
 whole_frame() {
-  local what=$1 width=$2 json
-  shift 2
-  json=$("$bin/lumi-render" "$work/desk-262" -o "$work/whole-frames" --proxy plane --width "$width" --seconds 0.34 --json --quiet "$@")
+  local what=$1 width=$2 seconds=$3 json
+  shift 3
+  json=$("$bin/lumi-render" "$work/desk-262" -o "$work/whole-frames" --proxy plane --width "$width" --seconds "$seconds" --json --quiet "$@")
   rm -rf "$work/whole-frames"
   printf '| %s | %sx%s | %s |\n' "$what" "$width" "$((width * 3 / 4))" "$(json_figure "$json" ms_per_frame 1)"
 }
@@ -20,17 +20,17 @@ simulated desk-262 desk
 [ -f "$work/desk-262/proxies/plane.ply" ] || "$bin/lumi-proxy" plane "$work/desk-262" --quiet >/dev/null
 heading 'Whole frames: 262 photos of desk over a plane'
 printf '| how | pixels | ms a frame |\n|---|---|---|\n'
-whole_frame 'as by default: a weight a pixel' 1024
-whole_frame 'candidates, 25x25' 1024 --grid 25x25
-whole_frame 'candidates, 25x25, without prefilter' 1024 --grid 25x25 --prefilter off
-whole_frame 'interpolated, 25x25, without prefilter' 1024 --grid 25x25 --sampling interpolated --prefilter off
-whole_frame 'optimum, 25x25' 640 --grid 25x25 --similarity full
-whole_frame 'optimum, a weight a pixel' 640 --similarity full --seconds 0.07
-block 'Sparse samples against a weight a pixel: desk, foreground, plane' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane
-block 'Sparse samples against a weight a pixel: desk, foreground, true mesh' "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth
+whole_frame 'as by default: a weight a pixel' 1024 0.34
+whole_frame 'candidates, 25x25' 1024 0.34 --grid 25x25
+whole_frame 'candidates, 25x25, without prefilter' 1024 0.34 --grid 25x25 --prefilter off
+whole_frame 'interpolated, 25x25, without prefilter' 1024 0.34 --grid 25x25 --sampling interpolated --prefilter off
+whole_frame 'optimum, 25x25' 640 0.34 --grid 25x25 --similarity full
+whole_frame 'optimum, a weight a pixel' 640 0.07 --similarity full
+"$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy plane --title 'desk, plane, foreground'
+"$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth --title 'desk, true mesh, foreground'
 block 'Fig. 6-3: angles by vanishing points against true ones' "$bin/vanishing_point_bench" "$work/desk-262" --proxy plane -o "$work/figure-6-3"
 if captured fox; then
-  for proxy in plane mesh; do block "Sparse samples against a weight a pixel: fox, $proxy" "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy"; done
+  for proxy in plane mesh; do "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy" --title "fox, $proxy"; done
 fi
 if [ -d "${data:-/nowhere}/knights" ]; then
   if [ ! -f "$work/knights/lumigraph.json" ]; then
@@ -38,7 +38,7 @@ if [ -d "${data:-/nowhere}/knights" ]; then
     "$bin/lumi-reconstruct" "$data/knights/images" -o "$work/knights" --rig grid --quiet >/dev/null
     "$bin/lumi-proxy" auto "$work/knights" --quiet >/dev/null
   fi
-  block 'Sparse samples against a weight a pixel: knights, plane' "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane
+  "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane --title 'knights, plane'
   block 'Held out: knights' "$bin/lumi-render" "$work/knights" --holdout 8
 fi
 block 'The nine properties of Table 3.2: desk, plane' "$bin/lumi-render" properties "$work/desk-262" --proxy plane

@@ -192,7 +192,11 @@ class Drawing {
 int Run() {
   const EglContext context;
   const EglContext::Current current(context);
-  fmt::print("{}, {} threads, {}x{}, 25x25 samples, a plane\n", GlDeviceName(), ThreadCount(), kWidth, kHeight);
+  fmt::print(
+      "\n## Sparse samples in OpenGL\n\n{}, {} threads, {}x{}, 25x25 samples, a plane. Bare: a shader that only blends as "
+      "many layers.\n\n| photos | k | prefilter | field of view | layers | frame ms | of it planning ms | bare ms | ratio "
+      "|\n|---|---|---|---|---|---|---|---|---|\n",
+      GlDeviceName(), ThreadCount(), kWidth, kHeight);
   RadianceSettings settings;
   settings.grid_columns = settings.grid_rows = 25;
   settings.sampling = Sampling::kInterpolated;
@@ -210,10 +214,8 @@ int Run() {
           MedianMs({[&] { drawing.Frame(); },
                     bare.Frame(drawing.Setup(), plan, drawing.target(), static_cast<int>(std::lround(layers))),
                     [&] { drawing.Plan(); }});
-      fmt::print(
-          "k 4, 50 views, prefilter {}, field of view {}: frame {:.2f} ms (of it planning {:.2f}), bare blending of "
-          "{:.1f} layers {:.2f} ms: ratio {:.2f}\n",
-          prefilter ? "on" : "off", field_of_view ? "on" : "off", ms[0], ms[2], layers, ms[1], ms[0] / ms[1]);
+      fmt::print("| 50 | 4 | {} | {} | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", prefilter ? "on" : "off",
+                 field_of_view ? "on" : "off", layers, ms[0], ms[2], ms[1], ms[0] / ms[1]);
     }
   settings.field_of_view = true;
   {
@@ -223,17 +225,17 @@ int Run() {
     Drawing a(few, settings), b(few, candidates), c(few, pixel);
     const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
     fmt::print(
-        "k 4, 50 views: interpolated weights {:.2f} ms, candidates {:.2f} ms, all photos at every pixel {:.2f} ms: "
-        "ratios 1, {:.2f}, {:.2f}\n",
-        ms[0], ms[1], ms[2], ms[1] / ms[0], ms[2] / ms[0]);
+        "\n## Weights in OpenGL\n\n50 photos, k = 4.\n\n| interpolated ms | candidates ms | ratio | all photos at every "
+        "pixel ms | ratio |\n|---|---|---|---|---|\n| {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
+        ms[0], ms[1], ms[1] / ms[0], ms[2], ms[2] / ms[0]);
   }
   settings.k = 5;
   Drawing a(few, settings), b(many, settings);
   const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});
   fmt::print(
-      "k 5: 50 views {:.2f} ms, 262 views {:.2f} ms (planning {:.2f} and {:.2f}; layers {:.1f} and {:.1f}): ratio "
-      "{:.2f}\n",
-      ms[0], ms[1], ms[2], ms[3], Layers(a.Plan()), Layers(b.Plan()), ms[1] / ms[0]);
+      "\n## Sparse samples in OpenGL by the number of photos\n\nk = 5.\n\n| photos | frame ms | planning ms | layers | "
+      "ratio |\n|---|---|---|---|---|\n| 50 | {:.2f} | {:.2f} | {:.1f} | |\n| 262 | {:.2f} | {:.2f} | {:.1f} | {:.2f} |\n",
+      ms[0], ms[2], Layers(a.Plan()), ms[1], ms[3], Layers(b.Plan()), ms[1] / ms[0]);
   return 0;
 }
 

@@ -1,7 +1,7 @@
 // What sparse samples cost and lose, on a scene like the thesis's Example #1: 262 photographs of a desk from clusters
 // on a dome, a plane for a proxy. Prints tables; no figure here is a test.
-//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR] [--proxy NAME]    all three tables without
-//   an argument
+//   sparse_blend_bench [time] [views] [psnr] [--pictures DIR] [--scene DIR] [--proxy NAME] [--title WORDS]
+// All three tables without an argument.
 // --scene takes its photographs and proxy from a scene, for psnr and --pictures: three views are compared, without
 // their own photos; where the scene has silhouettes (truth/silhouettes, silhouettes), their white pixels only.
 #include <algorithm>
@@ -300,12 +300,11 @@ double LayersAPixel(const World& w, const RenderRequest& request) {
 
 void TimeTable(const World& w) {
   std::printf(
-      "Whole frame against a bare blending loop of as many layers a pixel, %dx%d, k = 4, 25x25 samples, plane, 262 "
-      "photos, %d threads, "
-      "median of %d\n",
+      "\n## Sparse samples against a bare blending loop\n\nThe loop blends as many layers a pixel; %dx%d, k = 4, 25x25 "
+      "samples, interpolated, a plane, 262 photos, %d threads, median of %d.\n\n"
+      "| field of view | epipoles | samples | layers a pixel | frame ms | plan ms | blend ms | bare ms | ratio | of CPU "
+      "time |\n|---|---|---|---|---|---|---|---|---|---|\n",
       kWidth, kHeight, kThreads, kRepeats);
-  std::printf(
-      "  field of view  epipoles  samples  layers a pixel  frame ms  plan ms  blend ms  bare ms  ratio  of CPU time\n");
   for (const bool fov : {false, true})
     for (const bool epipoles : {false, true}) {
       RenderRequest r = Request(w, 4, 25);
@@ -314,7 +313,7 @@ void TimeTable(const World& w) {
       r.settings.prefilter = false;
       const double layers = LayersAPixel(w, r);
       const Timing t = Time(w, r, layers);
-      std::printf("  %-13s  %-8s  %7ld  %14.2f  %8.2f  %7.2f  %8.2f  %7.2f  %5.2f  %11.2f\n", fov ? "on" : "off",
+      std::printf("| %s | %s | %ld | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n", fov ? "on" : "off",
                   epipoles ? "on" : "off", t.statistics.samples, layers, t.frame, t.plan, t.blend, t.bare, t.ratio,
                   t.cpu_ratio);
     }
@@ -322,8 +321,11 @@ void TimeTable(const World& w) {
 
 // By turns, as above.
 void ViewsTable(const World& many) {
-  std::printf("Frame time by the number of photos, k = 5, 25x25 samples, median of %d pairs\n", kRepeats);
-  std::printf("  epipoles  photos  samples  triangles  layers a pixel  plan ms  blend ms  frame ms  ratio\n");
+  std::printf(
+      "\n## Sparse samples by the number of photos\n\nk = 5, 25x25 samples, median of %d pairs.\n\n| epipoles | photos | "
+      "samples | triangles | layers a pixel | plan ms | blend ms | frame ms | ratio "
+      "|\n|---|---|---|---|---|---|---|---|---|\n",
+      kRepeats);
   const World few = MakeWorld(50, 640);
   for (const bool epipoles : {false, true}) {
     const World* worlds[2] = {&few, &many};
@@ -348,7 +350,7 @@ void ViewsTable(const World& many) {
     }
     for (int i = 0; i < 2; ++i) {
       const RenderStatistics s = renderers[i]->Statistics();
-      std::printf("  %-8s  %6zu  %7ld  %9ld  %14.2f  %7.2f  %8.2f  %8.2f  %s\n", epipoles ? "on" : "off",
+      std::printf("| %s | %zu | %ld | %ld | %.2f | %.2f | %.2f | %.2f | %s |\n", epipoles ? "on" : "off",
                   worlds[i]->photos.size(), s.samples, s.triangles, LayersAPixel(*worlds[i], requests[i]),
                   Median(plan[i]), Median(blend[i]), Median(frame[i]),
                   i == 0 ? "" : std::to_string(Median(ratio)).substr(0, 4).c_str());
@@ -377,12 +379,11 @@ void PsnrTable(const World& w, std::vector<TestView> views) {
   }
   const double exact_ms = Median(exact_times);
   std::printf(
-      "Against a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on, worst of "
-      "%zu views%s, %d threads\n",
+      "\nAgainst a weight a pixel (%.0f ms a frame), k = 4, %zu photos, proxy of %zu faces, field of view on, worst of "
+      "%zu views%s, %d threads.\n\n| sampling | epipoles | grid | colour dB | false colour dB | samples | plan ms | blend "
+      "ms | frame ms | speed-up |\n|---|---|---|---|---|---|---|---|---|---|\n",
       exact_ms, w.photos.size(), w.proxy.faces.size(), views.size(),
       views.front().mask.empty() ? "" : ", foreground only", kThreads);
-  std::printf(
-      "  sampling      samples  epipoles  colour dB  false colour dB  rays  plan ms  blend ms  frame ms  speed-up\n");
   for (const Sampling sampling : {Sampling::kInterpolated, Sampling::kCandidates})
     for (const bool epipoles : {true, false})
       for (const int grid : {8, 16, 25, 32, 64}) {
@@ -400,9 +401,8 @@ void PsnrTable(const World& w, std::vector<TestView> views) {
           r.show = Show::kFalseColor;
           false_colour = std::min(false_colour, Psnr(renderer->Render(r), exact_false[v], views[v].mask));
         }
-        std::printf("  %-12s  %7s  %-8s  %9.2f  %15.2f  %5ld  %7.2f  %8.2f  %8.2f  %8.1f\n",
-                    std::string(Name(sampling)).c_str(), (std::to_string(grid) + "x" + std::to_string(grid)).c_str(),
-                    epipoles ? "on" : "off", colour, false_colour, statistics.samples, statistics.plan_ms,
+        std::printf("| %s | %s | %d | %.1f | %.1f | %ld | %.2f | %.2f | %.2f | %.1f |\n",
+                    std::string(Name(sampling)).c_str(), epipoles ? "on" : "off", grid, colour, false_colour, statistics.samples, statistics.plan_ms,
                     statistics.blend_ms, Median(ms), exact_ms / Median(ms));
       }
 }
@@ -456,9 +456,14 @@ int main(int argc, char** argv) {
           : lumi::MakeWorld(262, 640);
   if (wanted("time")) lumi::TimeTable(world);
   if (wanted("views")) lumi::ViewsTable(world);
-  if (wanted("psnr")) lumi::PsnrTable(world, world.views);
+  const auto titled = std::find(what.begin(), what.end(), "--title");
+  const std::string title = titled != what.end() && titled + 1 != what.end() ? titled[1] : "262 photos";
+  if (wanted("psnr")) {
+    std::printf("\n## Sparse samples against a weight a pixel: %s\n", title.c_str());
+    lumi::PsnrTable(world, world.views);
+  }
   if (wanted("psnr") && !world.views.empty()) {
-    std::printf("A view from behind the photos: epipoles in it\n");
+    std::printf("\n### A view with epipoles in it, from behind the photos: %s\n", title.c_str());
     lumi::PsnrTable(world, {world.behind});
   }
   for (const lumi::Sampling sampling : {lumi::Sampling::kInterpolated, lumi::Sampling::kCandidates})

@@ -157,6 +157,7 @@ RadianceSettings Settings(Resolution resolution, bool time, bool field_of_view, 
   s.time = time;
   s.time_s = 0.35;
   s.field_of_view = field_of_view;
+  s.fov_feather = 0.05;  // of photos this small: rounding counts over the feather's pixels
   s.visibility = visibility;
   s.prefilter = false;  // levels are chosen a cell here, a pixel there
   return s;

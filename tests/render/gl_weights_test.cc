@@ -127,6 +127,7 @@ TEST_F(GlWeights, EveryMeasureEqualsTheCores) {
     s.time_window_s = 0.1 + 6 * uniform(random);
     s.period_s = frame % 4 == 1 ? 1 + 3 * uniform(random) : 0.0;
     s.field_of_view = frame % 5 != 2;
+    s.fov_feather = 0.05;  // of photos this small: rounding counts over the feather's pixels
     s.visibility = frame % 6 < 2;
     if (frame % 8 >= 6) s.correlation = Correlation::kFallingLeaves;
     s.r_max_rad = (1 + 20 * uniform(random)) * kRadPerDeg;

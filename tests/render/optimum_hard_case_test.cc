@@ -151,9 +151,9 @@ TEST(HardCase, APhotosOwnViewIsThatPhoto) {
       test::DeskLike from = desk;
       from.view = view;
       std::vector<Eigen::Vector2d> pixels;
-      // The inner region: the feather is 0.05 of the smaller side.
-      for (double y = 24.5; y < 456; y += 13)
-        for (double x = 24.5; x < 616; x += 13) pixels.emplace_back(x, y);
+      // The inner region: the feather is 0.02 of the smaller side.
+      for (double y = 10.5; y < 470; y += 13)
+        for (double x = 10.5; x < 630; x += 13) pixels.emplace_back(x, y);
       const RaySamples rays = test::RaysThrough(from, setup, pixels);
       WeightTable table;
       OptimumCounts counts;

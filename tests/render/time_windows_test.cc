@@ -49,6 +49,7 @@ struct PulsingScene {
     o.views = 4;
     o.repeats = 1;
     o.effects = "fov";
+    o.settings.fov_feather = 0.05;  // three pixels of photos this small
     return o;
   }
 };

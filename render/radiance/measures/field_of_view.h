@@ -22,7 +22,7 @@ struct FieldOfView {
 
   struct Settings {
     bool field_of_view = true;  // off: f = 1, and a photo that ends leaves a hole
-    double fov_feather = 0.05;  // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
+    double fov_feather = 0.02;  // width of the border over which a photo fades, fraction of its smaller side, (0, 0.5]
     double gamma = 1;           // of the penalty by f and v, >= 0
     bool operator==(const Settings&) const = default;
   };
