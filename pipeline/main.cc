@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "pipeline/pipeline.h"
+#include "pipeline/price.h"
 #include "pipeline/stabilize/stabilize_video.h"
 #include "scene/program/error.h"
 #include "scene/program/main_program.h"
@@ -91,9 +92,6 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
           "frames have the video's own times");
   app.Flag("--split-screen", steady.split_screen, "Also OUT-split.mp4: left as filmed, right stabilised");
   app.Flag("--false-color", steady.false_color, "Also OUT-false-color.mp4: which frame each pixel is of");
-  app.Flag("--tradeoff", steady.tradeoff,
-           "Also the frames a picture may use, k, rounds of the path, size, least width and cutoffs against stability, "
-           "kept area, distortion and seconds, on the first window: table, OUT-work/tradeoff.json and .svg");
   app.Flag("--no-score{false}", steady.score, "No comparison of input and output");
   app.Pass("--cutoff-hz", steady.path_arguments, "Movements of this frequency are halved (as lumi-stabilize)");
   app.Pass("--similar-hz", steady.path_arguments,
@@ -120,6 +118,7 @@ int main(int argc, char** argv) {
       "fly-through. A second run redoes only what changed.");
   PipelineOptions options;
   std::string stabilize;
+  bool tradeoff = false;
   StabilizeVideoOptions steady;
   Options& app = program.options();
   app.Add("INPUT", options.inputs,
@@ -159,6 +158,16 @@ int main(int argc, char** argv) {
           "lumi-render); "
           "0 = a weight at every pixel")
       .Default();
+  app.Group("Accuracy against time");
+  app.Add("--minutes", options.minutes,
+          "The whole run keeps to so many, > 0: it chooses the cameras' quality by the number of photos, gives depth maps "
+          "what is left, and leaves fly-through and page out where nothing is");
+  app.Flag("--tradeoff", tradeoff,
+           "The pipeline at three to five qualities, OUT/draft to OUT/careful, minutes against the error of left-out "
+           "photos and which stage takes most: table, OUT/tradeoff/pipeline.json, .csv and .svg; with --minutes until one "
+           "takes longer. With --stabilize: the frames a picture may use, k, rounds of the path, size, least width and "
+           "cutoffs against stability, kept area, distortion and seconds, on the first window: OUT-work/tradeoff.json "
+           "and .svg");
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 
@@ -174,6 +183,8 @@ int main(int argc, char** argv) {
       steady.model = stabilize;
       steady.threads = program.threads();
       steady.seed = program.seed();
+      steady.tradeoff = tradeoff;
+      if (options.minutes) throw UsageError("--minutes is for a scene, and --stabilize makes a film");
       for (std::string& a : steady.render_arguments)
         if (a == "--render-window") a = "--window-frames";
       if (options.render_backend != "cpu")
@@ -184,6 +195,7 @@ int main(int argc, char** argv) {
       throw UsageError(given.front() + " goes with --stabilize");
     options.threads = program.threads();
     options.seed = program.seed();
+    if (tradeoff) return RunPipelinePrice(options, program.progress());
     return RunPipeline(options, program.progress());
   });
 }

@@ -4,18 +4,22 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
+#include "pipeline/qualities.h"
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel.h"
 #include "scene/program/subprocess.h"
 #include "scene/program/version.h"
 
@@ -79,6 +83,22 @@ class WorkTimes {
   JsonKeys times_;
 };
 
+// Photos below a folder; 0 for a video.
+int CountPhotos(const fs::path& input) {
+  std::error_code error;
+  int photos = 0;
+  for (fs::recursive_directory_iterator it(input, error), end; !error && it != end; it.increment(error))
+    if (HasImageExtension(it->path()) || HasRawExtension(it->path())) ++photos;
+  return photos;
+}
+
+// Of the minutes that a run was given a fifth is for evaluation, film, page and report; depth maps get two thirds of
+// what is left after the cameras, as auto meshes and measures besides. To a tenth of a minute.
+double DepthMinutesOf(double minutes, double minutes_left) {
+  constexpr double kForExtras = 0.2, kForDepth = 2.0 / 3;
+  return std::floor(10 * std::max(0.0, (minutes_left - kForExtras * minutes) * kForDepth)) / 10;
+}
+
 // Folders that a stage which failed has not written into.
 class RemoveIfEmpty {
  public:
@@ -107,6 +127,7 @@ class Run {
       throw UsageError(fmt::format("-o {}: it names the folder of the scene, not a film", summary_.scene.string()),
                        "its fly-through is SCENE/fly-through.mp4; --stabilize MODEL makes a film of a shaky video");
     RequireOptionsForKind(kind);
+    if (options_.minutes) ChooseQuality(kind);
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
     RequireSeparatePaths(placed, kind);
@@ -125,15 +146,77 @@ class Run {
     MakeProxy();
     if (options_.faces > 0) Simplify();
     if (options_.holdout > 0) Evaluate(in_place);
-    if (options_.video) MakeVideo();
-    if (options_.web) MakeWebPage();
+    if (options_.video && TimeFor("video", options_.video_seconds * kFilmSecondsASecond)) MakeVideo();
+    if (options_.web && TimeFor("web", kPageSeconds)) MakeWebPage();
     Report();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    if (summary_.minutes) JudgeMinutes();
     return summary_;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Of a film of 960 pixels on two cores, with what it is compared with; of a page.
+  static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
+
+  void ChooseQuality(InputKind kind) {
+    const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
+    const bool has_cameras = kind != InputKind::kCapture;
+    const int photos = has_cameras ? 0 : CountPhotos(options_.input);
+    const PipelineQuality& quality = QualityForMinutes(*options_.minutes, photos, threads);
+    options_ = WithQuality(options_, quality, has_cameras);
+    const double expected = has_cameras ? 0 : ExpectedCameraSeconds(quality, photos, threads) / 60;
+    summary_.minutes = KeptMinutes{*options_.minutes, 0, quality.name, expected, {}, true};
+    if (photos > 0)
+      progress_.Message(fmt::format("quality {}: its cameras take about {:.1f} of {:g} minutes", quality.name, expected,
+                                    *options_.minutes));
+  }
+
+  // By what the stages took when they did their work: a second run decides as the first did.
+  double MinutesLeft() const {
+    double seconds = 0;
+    for (const StageResult& s : summary_.stages) seconds += s.computed_seconds;
+    return *options_.minutes - seconds / 60;
+  }
+
+  // Where there are no minutes to keep to, there is time. Says what is left out.
+  bool TimeFor(const std::string& stage, double seconds) {
+    if (!options_.minutes || 60 * MinutesLeft() >= seconds) return true;
+    progress_.Message(fmt::format("{} is left out: no time is left of {:g} minutes", stage, *options_.minutes));
+    summary_.minutes->left_out.push_back(stage);
+    --count_;
+    return false;
+  }
+
+  void JudgeMinutes() {
+    KeptMinutes& kept = *summary_.minutes;
+    kept.took = summary_.seconds / 60;
+    kept.met = kept.took <= kept.asked;
+    if (kept.met) return;
+    const auto most = std::ranges::max_element(summary_.stages, {}, &StageResult::seconds);
+    progress_.Message(fmt::format(
+        "{:g} minutes were not kept: {:.1f} were taken, {:.1f} of them by {}; fewer or smaller photos take less",
+        kept.asked, kept.took, most->seconds / 60, most->name));
+  }
+
+  // Photos that have a camera.
+  int PhotosPlaced() const {
+    for (const StageResult& s : summary_.stages)
+      if (const auto cameras = s.summary.As<sibling::CamerasSummary>(); cameras.images_registered > 0)
+        return cameras.images_registered;
+    OpenOptions open;
+    open.check_photos = false;
+    open.undistort = false;
+    return static_cast<int>(OpenScene(summary_.scene, open, SilentProgress()).views.size());
+  }
+
+  // What auto may spend on depth maps; no value: as it decides itself.
+  std::optional<double> DepthMinutes() const {
+    if (options_.proxy_minutes) return options_.proxy_minutes;
+    if (!options_.depth_seconds_a_photo) return std::nullopt;
+    const double minutes = *options_.depth_seconds_a_photo * PhotosPlaced() / 60;
+    return options_.minutes ? std::min(minutes, DepthMinutesOf(*options_.minutes, MinutesLeft())) : minutes;
+  }
 
   void RequireOptionsForKind(InputKind kind) const {
     if (kind != InputKind::kCapture && (!options_.reconstruct_arguments.empty() || !options_.calibration.empty()))
@@ -281,8 +364,9 @@ class Run {
       arguments.emplace_back("--activate");
     else if (options_.holdout > 0)  // it chooses on photos that this N does not report on
       arguments.insert(arguments.end(), {"--holdout", std::to_string(options_.holdout)});
-    if (options_.proxy == "auto" && options_.proxy_minutes)
-      arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{}", *options_.proxy_minutes)});
+    if (options_.proxy == "auto")
+      if (const auto minutes = DepthMinutes())
+        arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{:g}", *minutes)});
     Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
@@ -375,7 +459,8 @@ class Run {
     wanted.version = kVersion;
     wanted.options["source"] = options_.input.string();
     for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
-    wanted.inputs["lumigraph.json"] = Fingerprint(summary_.scene / "lumigraph.json");
+    for (const char* part : {"lumigraph.json", "fronts", "tradeoff"})
+      wanted.inputs[part] = Fingerprint(summary_.scene / part);
     summary_.report = summary_.scene / "report.html";
     summary_.contact_sheet = summary_.scene / "contact-sheet.jpg";
     stage.reused = IsUpToDate(summary_.scene, wanted);
@@ -401,7 +486,7 @@ class Run {
     return rest.Text();
   }
 
-  const PipelineOptions& options_;
+  PipelineOptions options_;
   ProgressSink& progress_;
   const Clock::time_point start_;
   PipelineSummary summary_;
@@ -430,6 +515,8 @@ std::string Validate(const PipelineOptions& options) {
   if (!options.fixed_video.empty() && !options.period_frames.empty())
     return "give one of --fixed-video and --period-frames";
   if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) return "--proxy-minutes is at least 0";
+  if (options.minutes && !(*options.minutes > 0 && *options.minutes <= 1e5)) return "--minutes is above 0";
+  if (options.minutes && options.proxy_minutes) return "give one of --minutes and --proxy-minutes";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
@@ -449,6 +536,11 @@ static void ListKeys(JsonKeys& j, StageResult& s) {
   if (s.name != "report") j("summary", s.summary);
 }
 
+static void ListKeys(JsonKeys& j, KeptMinutes& m) {
+  j("asked", m.asked, "took", m.took, "quality", m.quality, "expected_camera_minutes", m.expected_camera_minutes);
+  j("left_out", m.left_out, "met", m.met);
+}
+
 void ListKeys(JsonKeys& j, PipelineSummary& s) {
   const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
   j("scene", s.scene, "report", s.report, "stages", s.stages)
@@ -458,7 +550,7 @@ void ListKeys(JsonKeys& j, PipelineSummary& s) {
   j("colmap_seconds", s.colmap_seconds, "around_colmap_seconds", s.around_colmap_seconds);
   j.Say("around_colmap_percent",
         s.colmap_seconds > 0 ? std::optional(100 * s.around_colmap_seconds / s.colmap_seconds) : std::nullopt);
-  j("seconds", s.seconds);
+  j("seconds", s.seconds).IfAny("minutes", s.minutes);
 }
 
 // The mean of fewer photos is no figure to go by.
@@ -523,6 +615,9 @@ std::string Describe(const PipelineSummary& summary) {
         "Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
         summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds,
         summary.colmap_seconds);
+  if (summary.minutes)
+    text += fmt::format("minutes: {:.1f} of {:g}, quality {}{}\n", summary.minutes->took, summary.minutes->asked,
+                        summary.minutes->quality, summary.minutes->met ? "" : ": not kept");
   text += "scene:   " + summary.scene.string() + "\nreport:  " + summary.report.string() + "\n";
   if (!summary.video.empty()) text += "video:   " + summary.video.string() + "\n";
   if (!summary.web.empty()) text += "page:    " + summary.web.string() + "\n";

@@ -3,12 +3,23 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/options.h"
 #include "pipeline/sibling_stage.h"
 
 namespace lumi {
+
+// What a run made of the minutes that it was given.
+struct KeptMinutes {
+  double asked = 0, took = 0;
+  std::string quality;                // of qualities.h
+  double expected_camera_minutes = 0;
+  std::vector<std::string> left_out;  // stages for which no time was left
+  bool met = true;
+};
 
 struct PipelineSummary {
   std::filesystem::path scene, report, video, web, contact_sheet;  // the last three: empty where not made
@@ -17,6 +28,7 @@ struct PipelineSummary {
   // Preparation, proxy and report: all that is needed for a lumigraph beside COLMAP. Evaluation and video are extras.
   double around_colmap_seconds = 0;
   double seconds = 0;  // this run
+  std::optional<KeptMinutes> minutes;
 };
 
 // Throws lumi::Error: UsageError for options or paths that do not fit, else what the failing stage said.

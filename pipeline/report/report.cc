@@ -9,6 +9,7 @@
 
 #include "pipeline/report/cameras_from_above.h"
 #include "pipeline/report/contact_sheet.h"
+#include "pipeline/report/fronts.h"
 #include "pipeline/report/html.h"
 #include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
@@ -317,6 +318,21 @@ std::string NextHtml(const ReportInput& input, const CamerasSummary& cameras) {
   return html;
 }
 
+// What accuracy costs at each stage that has measured it; how to measure, where none has.
+std::string FrontsHtml(const ReportInput& input) {
+  const std::string scene = EscapeHtml(input.scene_folder.string());
+  const std::string svg =
+      FrontsSvg(input.scene_folder, SummaryOf<FramesSummary>(input, "video").fidelity.value_or(FaithfulSettings()).name);
+  const std::string how = "<pre>lumi-render tradeoff " + scene + " -o OUT          every setting of the renderer\n" +
+                          "lumi-proxy dense " + scene + " --tradeoff        depth maps, meshes\n" +
+                          "lumi-reconstruct PHOTOS -o " + scene + " --tradeoff     cameras</pre>\n";
+  if (svg.empty())
+    return "<p class=\"soft\">No stage of this scene has measured yet what its accuracy costs. These do, and the next "
+           "report shows it:</p>" + how;
+  return "<p class=\"soft\">A mark a setting; the steps are the front, where nothing is both cheaper and better. The large mark "
+         "is what this scene was made with.</p>\n<div class=\"frame\">" + HtmlInlineSvg(svg, "accuracy against time") + "</div>\n";
+}
+
 struct ReportedStage {
   std::string name;
   double seconds;
@@ -375,6 +391,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += HtmlSection("Contact sheet", ContactSheetHtml(thumbnails));
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));
   body += HtmlSection("Time", TimeHtml(input));
+  body += HtmlSection("Accuracy against time", FrontsHtml(input));
   body += HtmlSection("Options and versions", OptionsHtml(records));
 
   JsonKeys report, provenance;

@@ -106,7 +106,7 @@ std::string Legend(const Plot& plot, double x0, double x1, double ly) {
   return svg;
 }
 
-std::string Panel(const Plot& plot, double offset_x) {
+std::string Panel(const Plot& plot, double offset_x, double offset_y) {
   std::vector<double> xs, ys;
   for (const PlotSeries& s : plot.series)
     for (const PlotPoint& p : s.points)
@@ -117,7 +117,7 @@ std::string Panel(const Plot& plot, double offset_x) {
   const bool empty = xs.empty();
   const double x0 = kLeft, x1 = kWidth - kRight, y0 = kHeight - kBottom, y1 = kTop;
   const Scale sx(plot.x, xs, x0, x1), sy(plot.y, ys, y0, y1);
-  std::string svg = fmt::format("<g transform='translate({:.0f} 0)'>\n", offset_x);
+  std::string svg = fmt::format("<g transform='translate({:.0f} {:.0f})'>\n", offset_x, offset_y);
   svg += fmt::format("<text x='{}' y='24' class='title'>{}</text>\n<text x='{}' y='42' class='soft'>{}</text>\n", kLeft,
                      Escaped(plot.title), kLeft, Escaped(plot.subtitle));
   for (const double t : sx.ticks())
@@ -210,8 +210,11 @@ std::string Escaped(const std::string& text) {
   return out;
 }
 
-std::string SvgOf(const std::vector<Plot>& panels) {
-  const double width = kWidth * static_cast<double>(std::max<std::size_t>(1, panels.size()));
+std::string SvgOf(const std::vector<Plot>& panels, std::size_t columns) {
+  const std::size_t count = std::max<std::size_t>(1, panels.size());
+  columns = columns == 0 ? count : std::min(columns, count);
+  const double width = kWidth * static_cast<double>(columns);
+  const double height = kHeight * static_cast<double>((count + columns - 1) / columns);
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:g} {1:g}' width='{0:g}' height='{1:g}'>\n"
       "<style>text{{font-family:system-ui,'DejaVu "
@@ -221,12 +224,9 @@ std::string SvgOf(const std::vector<Plot>& panels) {
       ".grid{{stroke:#e4e7ea;fill:none}}.axis{{stroke:#57606a;fill:none}}.mark{{stroke:#9aa4ae;stroke-dasharray:2 "
       "3;fill:none}}</style>\n"
       "<rect width='100%' height='100%' fill='#ffffff'/>\n",
-      width, kHeight);
-  double x = 0;
-  for (const Plot& p : panels) {
-    svg += Panel(p, x);
-    x += kWidth;
-  }
+      width, height);
+  for (std::size_t i = 0; i < panels.size(); ++i)
+    svg += Panel(panels[i], kWidth * static_cast<double>(i % columns), kHeight * static_cast<double>(i / columns));
   return svg + "</svg>\n";
 }
 

@@ -42,8 +42,8 @@ struct Plot {
   std::vector<PlotMark> marks;
 };
 
-// Panels side by side, each 640 x 460. A plot without a finite point says so in its frame.
-std::string SvgOf(const std::vector<Plot>& panels);
+// Panels, each 640 x 460, `columns` side by side; 0: all. A plot without a finite point says so in its frame.
+std::string SvgOf(const std::vector<Plot>& panels, std::size_t columns = 0);
 
 // Text with &, <, > and quotes escaped, for SVG and HTML.
 std::string Escaped(const std::string& text);

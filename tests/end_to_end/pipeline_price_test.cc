@@ -1,0 +1,125 @@
+// What the whole pipeline costs, and a run that keeps to its minutes, from the cameras of a small workspace.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/atomic_file.h"
+#include "tests/support/simulated_capture.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class PipelinePriceTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    capture_ = std::make_unique<SimulatedCapture>("desk", 10, 160);
+    // As another tool's workspace: photos, cameras, points.
+    fs::create_directories(Workspace());
+    fs::copy(capture_->photos(), Workspace() / "images", fs::copy_options::recursive);
+    fs::copy(capture_->path() / "truth" / "sparse", Workspace() / "sparse", fs::copy_options::recursive);
+  }
+  static void TearDownTestSuite() { capture_.reset(); }
+  static fs::path Workspace() { return *capture_ / "workspace"; }
+  static ProgramResult Run(const std::string& output, std::vector<std::string> more) {
+    more.insert(more.begin(), {"lumi-pipeline", Workspace().string(), "-o", (*capture_ / output).string(), "--holdout", "4",
+                               "--width", "64", "--seconds", "0.2", "--json"});
+    return RunProgram(more);
+  }
+  static json Done(const ProgramResult& result) {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return json::parse(result.out, nullptr, false);
+  }
+  static std::unique_ptr<SimulatedCapture> capture_;
+};
+std::unique_ptr<SimulatedCapture> PipelinePriceTest::capture_;
+
+TEST_F(PipelinePriceTest, EveryQualityIsARowWithItsMinutesAndItsError) {
+  const json price = Done(Run("price", {"--tradeoff", "--no-web", "--no-video"}));
+  ASSERT_TRUE(price.is_object());
+  std::vector<std::string> names;
+  double psnr = 0;
+  for (const json& row : price["qualities"]) {
+    names.push_back(row["name"]);
+    EXPECT_GT(row["minutes"].get<double>(), 0);
+    EXPECT_GE(row["minutes"].get<double>(), row["camera_minutes"].get<double>() + row["proxy_minutes"].get<double>());
+    EXPECT_GT(row["psnr_db"].get<double>(), 12);
+    EXPECT_EQ(row["photos"], "10 of 10");
+    EXPECT_THAT(row["dominates"].get<std::string>(), HasSubstr("%"));
+    psnr = std::max(psnr, row["psnr_db"].get<double>());
+  }
+  // The cameras are given: only the proxy differs.
+  EXPECT_THAT(names, ElementsAre("draft", "standard", "full", "careful"));
+  const std::string best = price["recommended"];
+  EXPECT_EQ(price["scene"], (*capture_ / "price" / best).string());
+  for (const json& row : price["qualities"])
+    if (row["name"] == best) {
+      EXPECT_EQ(row["psnr_db"].get<double>(), psnr);
+    }
+  for (const char* file : {"tradeoff/pipeline.json", "tradeoff/pipeline.csv", "tradeoff/pipeline.svg", "full/report.html"})
+    EXPECT_TRUE(fs::exists(*capture_ / "price" / file)) << file;
+
+  // Given again nothing is computed, and the figures are those of the runs that did the work.
+  const json again = Done(Run("price", {"--tradeoff", "--no-web", "--no-video"}));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    EXPECT_EQ(again["qualities"][i]["psnr_db"], price["qualities"][i]["psnr_db"]);
+    EXPECT_NEAR(again["qualities"][i]["proxy_minutes"].get<double>(), price["qualities"][i]["proxy_minutes"].get<double>(), 1e-9);
+  }
+  // Within minutes that the first takes longer than, no other is tried.
+  const json short_of_time = Done(Run("price", {"--tradeoff", "--no-web", "--no-video", "--minutes", "0.0001"}));
+  EXPECT_EQ(short_of_time["qualities"].size(), 1U);
+  EXPECT_EQ(short_of_time["recommended"], "draft");
+  EXPECT_FALSE(short_of_time["fits"].get<bool>());
+}
+
+TEST_F(PipelinePriceTest, MinutesAreKeptOrItIsSaid) {
+  const ProgramResult enough = Run("enough", {"--minutes", "20"});
+  const json kept = Done(enough)["minutes"];
+  EXPECT_TRUE(kept["met"].get<bool>());
+  EXPECT_LE(kept["took"].get<double>(), 20);
+  EXPECT_THAT(kept["left_out"], IsEmpty());
+  EXPECT_TRUE(fs::exists(*capture_ / "enough" / "fly-through.mp4"));
+
+  const ProgramResult too_few = Run("too-few", {"--minutes", "0.001"});
+  const json missed = Done(too_few)["minutes"];
+  EXPECT_FALSE(missed["met"].get<bool>());
+  EXPECT_THAT(missed["left_out"], ElementsAre("video", "web"));
+  EXPECT_THAT(too_few.err, HasSubstr("0.001 minutes were not kept"));
+  EXPECT_THAT(too_few.err, HasSubstr("video is left out"));
+  EXPECT_FALSE(fs::exists(*capture_ / "too-few" / "fly-through.mp4"));
+  EXPECT_TRUE(fs::exists(*capture_ / "too-few" / "report.html"));
+}
+
+TEST_F(PipelinePriceTest, ASecondRunWithTheSameMinutesHasNothingToDo) {
+  Done(Run("twice", {"--minutes", "20", "--no-video", "--no-web"}));
+  const json again = Done(Run("twice", {"--minutes", "20", "--no-video", "--no-web"}));
+  for (const json& stage : again["stages"]) EXPECT_TRUE(stage["reused"].get<bool>()) << stage["name"];
+}
+
+TEST_F(PipelinePriceTest, WhatDoesNotGoTogetherIsRefused) {
+  for (const auto& [more, says] :
+       std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--minutes", "0"}, "--minutes is above 0"},
+           {{"--minutes", "nan"}, "--minutes"},
+           {{"--minutes", "3", "--proxy-minutes", "1"}, "give one of --minutes and --proxy-minutes"},
+           {{"--minutes", "3", "--stabilize", "smooth"}, "--minutes is for a scene"}}) {
+    const ProgramResult result = Run("refused", more);
+    EXPECT_EQ(result.exit_code, 2) << says;
+    EXPECT_THAT(result.err, HasSubstr(says));
+  }
+  fs::create_directories(*capture_ / "mine");
+  WriteTextAtomically(*capture_ / "mine" / "thesis.txt", "words");
+  const ProgramResult result = Run("mine", {"--tradeoff"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_FALSE(fs::exists(*capture_ / "mine" / "tradeoff"));
+}
+
+}  // namespace
+}  // namespace lumi
