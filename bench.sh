@@ -18,7 +18,7 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-parts=(captures dense dense-cost effects speed proxies hulls cameras walk calibration factorization periodic stabilize video web flush methods)
+parts=(captures dense dense-cost effects speed proxies hulls cameras walk calibration factorization periodic stabilize video web flush price methods)
 # What a part says of itself: its line Title, or the programs that it needs.
 title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }

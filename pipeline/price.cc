@@ -21,7 +21,7 @@ constexpr double kNone = CostAndQuality::kNone;
 struct PricedQuality {
   PipelineQuality quality;
   double minutes = kNone, camera_minutes = kNone, proxy_minutes = kNone;
-  std::string dominates;  // "proxy, 71 %"
+  std::string dominates;  // "proxy (71 %)"
   std::string photos;     // "24 of 24"
   double psnr_db = kNone, psnr_seen_db = kNone, ssim = kNone;
   std::string failed;
@@ -54,7 +54,7 @@ PricedQuality PriceOf(const PipelineQuality& quality, const PipelineSummary& sum
       stage = s.name;
     }
   }
-  if (row.minutes > 0) row.dominates = fmt::format("{}, {:.0f} %", stage, 100 * most / row.minutes);
+  if (row.minutes > 0) row.dominates = fmt::format("{} ({:.0f} %)", stage, 100 * most / row.minutes);
   return row;
 }
 
@@ -63,7 +63,7 @@ TradeoffTable TableOf(const std::vector<PricedQuality>& rows) {
   using Row = PricedQuality;
   TradeoffTable table = TradeoffTableOf<Row>(
       {{{"name", kSetting, "quality", -10, "{}", "quality"}, [](const Row& r) { return r.quality.name; }},
-       {{"what", kSetting}, [](const Row& r) { return r.quality.says; }},
+       {{"what", kSetting, "", 0, "{}", "-"}, [](const Row& r) { return r.quality.says; }},
        {{"minutes", kCost, "minutes", 9, "{:.2f}"}, &Row::minutes},
        {{"camera_minutes", kFigure, "cameras", 9, "{:.2f}"}, &Row::camera_minutes},
        {{"proxy_minutes", kFigure, "proxy", 9, "{:.2f}"}, &Row::proxy_minutes},
