@@ -4,6 +4,8 @@
 
 #include <fstream>
 #include <iterator>
+#include <regex>
+#include <set>
 
 #include "scene/program/error.h"
 
@@ -101,6 +103,39 @@ TEST(DocsFigures, PagesSayWhatTheBenchPrinted) {
     EXPECT_EQ(FillInFigures(text, page.string(), figures), text) << page << ": run build/release/bin/docs_figures update";
   }
   EXPECT_GT(marks, 3);
+}
+
+// What the text between code blocks says, without what is filled in, and without lines of commands.
+std::string TextIn(const std::string& section) {
+  static const std::regex blocks("```[^]*?```"), marks("<!-- figures? [^]*?<!-- end -->"), commands("(^|\n)    [^\n]*");
+  return std::regex_replace(std::regex_replace(std::regex_replace(section, blocks, ""), marks, ""), commands, "\n");
+}
+
+// A figure in decibels or milliseconds was measured: its section names what prints it.
+TEST(DocsFigures, WhatWasMeasuredNamesItsOrigin) {
+  static const std::regex figure("(^|[^.\\w])[0-9]+(\\.[0-9]+)? (dB|ms)($|[^\\w])"),
+      table("\\|[^\n]*\\b(dB|ms|seconds|MB)\\b[^\n]*\\|\n\\|[-|]+\\|"),
+      origin("bench\\.sh|scripts/|_bench|tests/|`[A-Za-z]+\\.[A-Za-z]+`|--tradeoff|`lumi-|<!-- figure|(^|\n)    lumi-");
+  // Settings of the viewer.
+  const std::set<std::string> no_measurement{"viewer.md: ## Mouse and keys"};
+  int measured = 0;
+  for (const std::filesystem::path& page : PagesWithFigures(LUMI_SOURCE_DIR)) {
+    std::ifstream in(page);
+    std::vector<std::string> sections(1);
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with("#")) sections.emplace_back();
+      sections.back() += line + "\n";
+    }
+    for (const std::string& section : sections) {
+      const std::string text = TextIn(section);
+      if (!std::regex_search(text, figure) && !std::regex_search(text, table)) continue;
+      ++measured;
+      const std::string name = page.filename().string() + ": " + section.substr(0, section.find('\n'));
+      EXPECT_TRUE(std::regex_search(section, origin) || no_measurement.contains(name))
+          << name << ": say which command prints its figures";
+    }
+  }
+  EXPECT_GT(measured, 20);
 }
 
 }  // namespace
