@@ -18,6 +18,9 @@ start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
+# Programs that are interrupted say so themselves, and end: this script would go on with the next part.
+trap 'exit 130' INT
+
 parts=(captures dense dense-cost effects speed proxies hulls cameras walk calibration factorization periodic stabilize video web flush price methods)
 # What a part says of itself: its line Title, or the programs that it needs.
 title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
@@ -54,8 +57,23 @@ while [ $# -gt 0 ]; do
     *) die "$1 is no option (see --help)" 2 ;;
   esac
 done
+if [ -n "$update" ] && [ ${#of_walk[@]} -gt 0 -o ${#of_captures[@]} -gt 0 ]; then
+  die "--update-docs records whole parts: it goes without --photos, --views and --capture" 2
+fi
 if [ ${#only[@]} -eq 0 ]; then
   for part in "${parts[@]}"; do [ "$part" = methods ] || only+=("$part"); done
+fi
+
+has() { [[ " ${only[*]} " == *" $1 "* ]]; }
+[ ${#of_captures[@]} -eq 0 ] || has captures || die "--views and --capture are for the part captures" 2
+[ ${#of_walk[@]} -eq 0 ] || has walk || die "--photos is for the part walk" 2
+# What was measured on captures is not replaced by what was measured without them: pages quote their rows.
+if [ -n "$update" ] && [ -z "$data" ]; then
+  for part in "${only[@]}"; do
+    if grep -q "\"command\": \"./bench.sh --only $part --data " docs/figures.json 2>/dev/null; then
+      die "docs/figures.json has $part as measured with --data: give it" 2
+    fi
+  done
 fi
 
 install_packages
@@ -65,7 +83,7 @@ build release "${targets[@]}"
 export LUMI_BENCH_WORK=build/bench LUMI_BENCH_DATA=$data
 printed=$LUMI_BENCH_WORK/printed
 mkdir -p "$printed"
-machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores; $(cat build/release/versions.txt); $(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1)"
+machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores; $(cat build/release/versions.txt); $(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1 || true)"
 printf 'Built with %s.\n' "$machine"
 
 failed=()

@@ -159,15 +159,17 @@ int main(int argc, char** argv) {
           "0 = a weight at every pixel")
       .Default();
   app.Group("Accuracy against time");
-  app.Add("--minutes", options.minutes,
-          "The whole run keeps to so many, > 0: it chooses the cameras' quality by the number of photos, gives depth maps "
-          "what is left, and leaves fly-through and page out where nothing is");
-  app.Flag("--tradeoff", tradeoff,
-           "The pipeline at three to five qualities, OUT/draft to OUT/careful, minutes against the error of left-out "
-           "photos and which stage takes most: table, OUT/tradeoff/pipeline.json, .csv and .svg; with --minutes until one "
-           "takes longer. With --stabilize: the frames a picture may use, k, rounds of the path, size, least width and "
-           "cutoffs against stability, kept area, distortion and seconds, on the first window: OUT-work/tradeoff.json "
-           "and .svg");
+  app.Add(
+      "--minutes", options.minutes,
+      "The whole run keeps to so many, > 0: it chooses the cameras' quality by the number of photos, gives depth maps "
+      "what is left, and leaves fly-through and page out where nothing is");
+  app.Flag(
+      "--tradeoff", tradeoff,
+      "The pipeline at three to five qualities, OUT/draft to OUT/careful, minutes against the error of left-out "
+      "photos and which stage takes most: table, OUT/tradeoff/pipeline.json, .csv and .svg; with --minutes until one "
+      "takes longer. With --stabilize: the frames a picture may use, k, rounds of the path, size, least width and "
+      "cutoffs against stability, kept area, distortion and seconds, on the first window: OUT-work/tradeoff.json "
+      "and .svg");
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 

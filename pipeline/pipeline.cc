@@ -15,7 +15,6 @@
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
-#include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
@@ -83,15 +82,6 @@ class WorkTimes {
   JsonKeys times_;
 };
 
-// Photos below a folder; 0 for a video.
-int CountPhotos(const fs::path& input) {
-  std::error_code error;
-  int photos = 0;
-  for (fs::recursive_directory_iterator it(input, error), end; !error && it != end; it.increment(error))
-    if (HasImageExtension(it->path()) || HasRawExtension(it->path())) ++photos;
-  return photos;
-}
-
 // Of the minutes that a run was given a fifth is for evaluation, film, page and report; depth maps get two thirds of
 // what is left after the cameras, as auto meshes and measures besides. To a tenth of a minute.
 double DepthMinutesOf(double minutes, double minutes_left) {
@@ -127,7 +117,7 @@ class Run {
       throw UsageError(fmt::format("-o {}: it names the folder of the scene, not a film", summary_.scene.string()),
                        "its fly-through is SCENE/fly-through.mp4; --stabilize MODEL makes a film of a shaky video");
     RequireOptionsForKind(kind);
-    if (options_.minutes) ChooseQuality(kind);
+    if (options_.minutes) ChooseQuality();
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
     RequireSeparatePaths(placed, kind);
@@ -159,17 +149,19 @@ class Run {
   // Of a film of 960 pixels on two cores, with what it is compared with; of a page.
   static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
 
-  void ChooseQuality(InputKind kind) {
+  void ChooseQuality() {
     const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
-    const bool has_cameras = kind != InputKind::kCapture;
-    const int photos = has_cameras ? 0 : CountPhotos(options_.input);
+    const bool given = CamerasAreGiven(options_);
+    const int photos = given ? 0 : CountPhotos(options_.input);
     const PipelineQuality& quality = QualityForMinutes(*options_.minutes, photos, threads);
-    options_ = WithQuality(options_, quality, has_cameras);
-    const double expected = has_cameras ? 0 : ExpectedCameraSeconds(quality, photos, threads) / 60;
-    summary_.minutes = KeptMinutes{*options_.minutes, 0, quality.name, expected, {}, true};
-    if (photos > 0)
-      progress_.Message(fmt::format("quality {}: its cameras take about {:.1f} of {:g} minutes", quality.name, expected,
-                                    *options_.minutes));
+    summary_.minutes = KeptMinutes{*options_.minutes, 0, quality.name, 0, {}, true};
+    progress_.Message(fmt::format("quality {}: {}", quality.name, InWords(quality, options_, given)));
+    if (photos > 0) {
+      summary_.minutes->expected_camera_minutes = ExpectedCameraSeconds(quality, photos, threads) / 60;
+      progress_.Message(fmt::format("cameras are expected to take about {:.1f} of {:g} minutes",
+                                    summary_.minutes->expected_camera_minutes, *options_.minutes));
+    }
+    options_ = WithQuality(options_, quality, given);
   }
 
   // By what the stages took when they did their work: a second run decides as the first did.
@@ -190,13 +182,13 @@ class Run {
 
   void JudgeMinutes() {
     KeptMinutes& kept = *summary_.minutes;
-    kept.took = summary_.seconds / 60;
+    kept.took = *options_.minutes - MinutesLeft();
     kept.met = kept.took <= kept.asked;
     if (kept.met) return;
-    const auto most = std::ranges::max_element(summary_.stages, {}, &StageResult::seconds);
+    const auto most = std::ranges::max_element(summary_.stages, {}, &StageResult::computed_seconds);
     progress_.Message(fmt::format(
         "{:g} minutes were not kept: {:.1f} were taken, {:.1f} of them by {}; fewer or smaller photos take less",
-        kept.asked, kept.took, most->seconds / 60, most->name));
+        kept.asked, kept.took, most->computed_seconds / 60, most->name));
   }
 
   // Photos that have a camera.
@@ -461,6 +453,8 @@ class Run {
     for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
     for (const char* part : {"lumigraph.json", "fronts", "tradeoff"})
       wanted.inputs[part] = Fingerprint(summary_.scene / part);
+    // Of a quality beside others (price.h).
+    wanted.inputs["../tradeoff/pipeline.json"] = Fingerprint(summary_.scene / ".." / "tradeoff" / "pipeline.json");
     summary_.report = summary_.scene / "report.html";
     summary_.contact_sheet = summary_.scene / "contact-sheet.jpg";
     stage.reused = IsUpToDate(summary_.scene, wanted);
@@ -515,7 +509,8 @@ std::string Validate(const PipelineOptions& options) {
   if (!options.fixed_video.empty() && !options.period_frames.empty())
     return "give one of --fixed-video and --period-frames";
   if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) return "--proxy-minutes is at least 0";
-  if (options.minutes && !(*options.minutes > 0 && *options.minutes <= 1e5)) return "--minutes is above 0";
+  if (options.minutes && !(*options.minutes > 0 && *options.minutes <= 1e5))
+    return "--minutes is above 0, and at most 100000";
   if (options.minutes && options.proxy_minutes) return "give one of --minutes and --proxy-minutes";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
@@ -529,100 +524,6 @@ std::string Validate(const PipelineOptions& options) {
 PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progress) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
   return Run(options, progress).Go();
-}
-
-static void ListKeys(JsonKeys& j, StageResult& s) {
-  j("name", s.name, "seconds", s.seconds, "reused", s.reused, "computed_seconds", s.computed_seconds);
-  if (s.name != "report") j("summary", s.summary);
-}
-
-static void ListKeys(JsonKeys& j, KeptMinutes& m) {
-  j("asked", m.asked, "took", m.took, "quality", m.quality, "expected_camera_minutes", m.expected_camera_minutes);
-  j("left_out", m.left_out, "met", m.met);
-}
-
-void ListKeys(JsonKeys& j, PipelineSummary& s) {
-  const auto written = [](const fs::path& file) { return file.empty() ? std::nullopt : std::optional(file); };
-  j("scene", s.scene, "report", s.report, "stages", s.stages)
-      .Say("video", written(s.video))
-      .Say("web", written(s.web))
-      .Say("contact_sheet", written(s.contact_sheet));
-  j("colmap_seconds", s.colmap_seconds, "around_colmap_seconds", s.around_colmap_seconds);
-  j.Say("around_colmap_percent",
-        s.colmap_seconds > 0 ? std::optional(100 * s.around_colmap_seconds / s.colmap_seconds) : std::nullopt);
-  j("seconds", s.seconds).IfAny("minutes", s.minutes);
-}
-
-// The mean of fewer photos is no figure to go by.
-static constexpr std::size_t kFewHeldOut = 3;
-
-// A line for people below a stage's own, where its summary has something for them.
-static std::string LineOf(const StageResult& stage) {
-  constexpr const char* kIndent = "             ";
-  if (stage.name == "holdout") {
-    const auto s = stage.summary.As<sibling::HoldoutSummary>();
-    std::string text = fmt::format("{}PSNR {:.2f} dB, SSIM {:.3f}, coverage {:.1f} % (nearest photo {:.2f} dB", kIndent,
-                                   s.psnr_mean_db.value_or(0), s.ssim_mean, 100 * s.coverage,
-                                   s.nearest_photo_psnr_mean_db.value_or(0));
-    if (s.nearest_photo_coverage_mean) text += fmt::format(", coverage {:.1f} %", 100 * *s.nearest_photo_coverage_mean);
-    text += ")\n";
-    if (s.psnr_seen_mean_db)
-      text += fmt::format(
-          "{}over the {:.1f} % of the pixels that two other photos see {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
-          100 * s.seen.value_or(0), *s.psnr_seen_mean_db, s.nearest_photo_psnr_seen_mean_db.value_or(0));
-    if (s.psnr_object_mean_db > 0)
-      text += fmt::format("{}over the object's pixels {:.2f} dB (nearest photo {:.2f} dB)\n", kIndent,
-                          s.psnr_object_mean_db, s.nearest_photo_psnr_object_mean_db);
-    if (!s.views.empty() && s.views.size() < kFewHeldOut)
-      text += fmt::format("{}that is {} photo{} only: --holdout each leaves every photo out in turn\n", kIndent,
-                          s.views.size(), s.views.size() == 1 ? "" : "s");
-    return text;
-  }
-  if (stage.name == "calibrate") {
-    const auto s = stage.summary.As<sibling::CalibratedSummary>();
-    return fmt::format("{}focal length {:.2f} +- {:.2f} px, {} views, cross-validated error {:.3f} px\n", kIndent,
-                       s.fx.value_or(0), s.sigma_fx, s.views_used, s.cross_validated_rms_px);
-  }
-  if (stage.name == "timeperiodic") {
-    const auto s = stage.summary.As<sibling::TimedSummary>();
-    return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames,
-                       s.period_sigma_frames, s.samples_per_window);
-  }
-  if (stage.name == "web") {
-    const auto s = stage.summary.As<sibling::WebPageSummary>();
-    return fmt::format("{}{:.1f} MB, {} photos\n", kIndent, s.mb, s.photos);
-  }
-  if (stage.name == "video")
-    if (const std::string how = DescribeFrames(stage.summary.As<sibling::FramesSummary>()); !how.empty())
-      return kIndent + how + "\n";
-  if (stage.name == "simplify")
-    return fmt::format("{}{} faces\n", kIndent, stage.summary.As<sibling::MadeProxySummary>().faces.value_or(0));
-  if (stage.name == "reconstruct") {
-    const auto s = stage.summary.As<sibling::CamerasSummary>();
-    return fmt::format("{}{} of {} photos have a camera, reprojection error {:.2f} px\n", kIndent, s.images_registered,
-                       s.images_total, s.mean_reprojection_error_px);
-  }
-  return {};
-}
-
-std::string Describe(const PipelineSummary& summary) {
-  std::string text;
-  for (const StageResult& s : summary.stages)
-    text +=
-        fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "") + LineOf(s);
-  if (summary.colmap_seconds > 0)
-    text += fmt::format(
-        "Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
-        summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds,
-        summary.colmap_seconds);
-  if (summary.minutes)
-    text += fmt::format("minutes: {:.1f} of {:g}, quality {}{}\n", summary.minutes->took, summary.minutes->asked,
-                        summary.minutes->quality, summary.minutes->met ? "" : ": not kept");
-  text += "scene:   " + summary.scene.string() + "\nreport:  " + summary.report.string() + "\n";
-  if (!summary.video.empty()) text += "video:   " + summary.video.string() + "\n";
-  if (!summary.web.empty()) text += "page:    " + summary.web.string() + "\n";
-  if (!summary.contact_sheet.empty()) text += "sheet:   " + summary.contact_sheet.string() + "\n";
-  return text + "walk:    lumi-view " + summary.scene.string();
 }
 
 }  // namespace lumi

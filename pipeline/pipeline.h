@@ -14,8 +14,9 @@ namespace lumi {
 
 // What a run made of the minutes that it was given.
 struct KeptMinutes {
-  double asked = 0, took = 0;
-  std::string quality;                // of qualities.h
+  double asked = 0;
+  double took = 0;      // all stages, each in the run that did its work
+  std::string quality;  // of qualities.h
   double expected_camera_minutes = 0;
   std::vector<std::string> left_out;  // stages for which no time was left
   bool met = true;

@@ -14,11 +14,11 @@
 namespace lumi {
 
 struct PipelinePrice {
-  TradeoffTable table;  // a row a quality, cheapest first
-  TradeoffFiles files = {};  // OUT/tradeoff/pipeline.json, .csv, .svg
-  std::string recommended = {};        // the best by the table, within `minutes` where they were given
-  std::filesystem::path scene = {};    // that quality's: OUT/NAME
-  bool fits = true;                    // within them
+  TradeoffTable table;               // a row a quality, cheapest first
+  TradeoffFiles files = {};          // OUT/tradeoff/pipeline.json, .csv, .svg
+  std::string recommended = {};      // the best by the table, within `minutes` where they were given
+  std::filesystem::path scene = {};  // that quality's: OUT/NAME
+  bool fits = true;                  // within them
 };
 void ListKeys(JsonKeys& j, PipelinePrice& price);
 std::string Describe(const PipelinePrice& price);

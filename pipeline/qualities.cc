@@ -1,67 +1,122 @@
 #include "pipeline/qualities.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <set>
+
+#include "pipeline/input_kind.h"
+#include "scene/files/image_io.h"
 
 namespace lumi {
+namespace fs = std::filesystem;
 namespace {
 
 // Camera seconds: through a real capture of 50 photos and, of `quick`, simulated walks of 200 and 1,000 photos
 // (docs/pipeline.md): within a factor of two.
 const std::array<PipelineQuality, 5>& Qualities() {
   static const std::array<PipelineQuality, 5> all{{
-      {"draft", "small features, no depth maps", {"--quality", "low"}, 0, 0.6, 0.0008},
-      {"quick", "no depth maps", {}, 0, 0.8, 0.0011},
-      {"standard", "depth maps in 4 s a photo", {}, 4, 0.8, 0.0011},
-      {"full", "depth maps in 15 s a photo", {}, 15, 0.8, 0.0011},
-      {"careful",
-       "many features, COLMAP's own bounds, depth maps in 60 s a photo",
-       {"--quality", "high", "--mapper", "careful"},
-       60,
-       2.5,
-       0.004},
+      {"draft", "few features in small photos", {"--quality", "low"}, 0, 0.6, 0.0008},
+      {"quick", "", {}, 0, 0.8, 0.0011},
+      {"standard", "", {}, 4, 0.8, 0.0011},
+      {"full", "", {}, 15, 0.8, 0.0011},
+      {"careful", "many features, COLMAP's own bounds", {"--quality", "high", "--mapper", "careful"}, 60, 2.5, 0.004},
   }};
   return all;
 }
-constexpr std::size_t kDefault = 3;
+constexpr std::size_t kFull = 3;
 constexpr double kMeasuredThreads = 2, kCameraShare = 0.4;
 
-bool Given(const std::vector<std::string>& arguments, const std::string& option) {
-  return std::ranges::any_of(
-      arguments, [&](const std::string& a) { return a == option || a.starts_with(option + "="); });
+// The value of an option among arguments that are passed on, "--name value" or "--name=value"; none: not given.
+std::optional<std::string> ValueOf(const std::vector<std::string>& arguments, const std::string& option) {
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i] == option) return i + 1 < arguments.size() ? arguments[i + 1] : "";
+    if (arguments[i].starts_with(option + "=")) return arguments[i].substr(option.size() + 1);
+  }
+  return std::nullopt;
 }
+
+// Options of the cameras that this quality sets.
+std::vector<std::string> CameraDials(const PipelineOptions& options, const PipelineQuality& quality) {
+  std::vector<std::string> dials;
+  for (std::size_t i = 0; i + 1 < quality.cameras.size(); i += 2) {
+    const std::string& name = quality.cameras[i];
+    const bool no_mapper = ValueOf(options.reconstruct_arguments, "--backend") == "factorization";
+    if (!ValueOf(options.reconstruct_arguments, name) && !(name == "--mapper" && no_mapper))
+      dials.insert(dials.end(), {name, quality.cameras[i + 1]});
+  }
+  return dials;
+}
+
+bool DepthIsDialled(const PipelineOptions& options) { return options.proxy == "auto" && !options.proxy_minutes; }
 
 }  // namespace
 
 std::span<const PipelineQuality> PipelineQualities() { return Qualities(); }
 
-PipelineOptions WithQuality(PipelineOptions options, const PipelineQuality& quality, bool has_cameras) {
-  if (!has_cameras)
-    for (std::size_t i = 0; i + 1 < quality.cameras.size(); i += 2)
-      // The mapper is COLMAP's.
-      if (!Given(options.reconstruct_arguments, quality.cameras[i]) &&
-          (quality.cameras[i] != "--mapper" || !Given(options.reconstruct_arguments, "--backend")))
-        options.reconstruct_arguments.insert(options.reconstruct_arguments.end(),
-                                             {quality.cameras[i], quality.cameras[i + 1]});
-  if (!options.proxy_minutes) options.depth_seconds_a_photo = quality.depth_seconds_a_photo;
+bool CamerasAreGiven(const PipelineOptions& options) {
+  if (ClassifyInput(options.input) != InputKind::kCapture) return true;
+  if (ValueOf(options.reconstruct_arguments, "--rig")) return true;
+  const auto poses = ValueOf(options.reconstruct_arguments, "--poses");
+  if (poses) return *poses != "none";
+  std::error_code error;
+  return options.input.extension() == ".json" || fs::is_regular_file(options.input / "transforms.json", error);
+}
+
+PipelineOptions WithQuality(PipelineOptions options, const PipelineQuality& quality, bool cameras_given) {
+  if (!cameras_given) {
+    const std::vector<std::string> dials = CameraDials(options, quality);
+    options.reconstruct_arguments.insert(options.reconstruct_arguments.end(), dials.begin(), dials.end());
+  }
+  if (DepthIsDialled(options)) options.depth_seconds_a_photo = quality.depth_seconds_a_photo;
   return options;
 }
 
-std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool has_cameras) {
+std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool cameras_given) {
   std::vector<PipelineQuality> different;
   std::vector<PipelineOptions> settings;
   for (const PipelineQuality& quality : Qualities()) {
-    const PipelineOptions with = WithQuality(options, quality, has_cameras);
-    const bool no_budget = options.proxy != "auto" || options.proxy_minutes;
+    // What "careful" adds is in the cameras: depth maps are as large as they get in a fraction of its time.
+    if (cameras_given && &quality == &Qualities().back()) continue;
+    const PipelineOptions with = WithQuality(options, quality, cameras_given);
     if (std::ranges::any_of(settings, [&](const PipelineOptions& other) {
           return other.reconstruct_arguments == with.reconstruct_arguments &&
-                 (no_budget || other.depth_seconds_a_photo == with.depth_seconds_a_photo);
+                 other.depth_seconds_a_photo == with.depth_seconds_a_photo;
         }))
       continue;
     settings.push_back(with);
     different.push_back(quality);
   }
   return different;
+}
+
+std::string InWords(const PipelineQuality& quality, const PipelineOptions& options, bool cameras_given) {
+  std::string words;
+  if (!cameras_given && !CameraDials(options, quality).empty()) words = quality.cameras_in_words;
+  if (DepthIsDialled(options))
+    words +=
+        (words.empty() ? "" : ", ") + (quality.depth_seconds_a_photo > 0
+                                           ? fmt::format("depth maps in {:g} s a photo", quality.depth_seconds_a_photo)
+                                           : std::string("no depth maps"));
+  return words.empty() ? "as by default" : words;
+}
+
+int CountPhotos(const fs::path& input) {
+  std::error_code error;
+  std::set<fs::path> photos, raw;
+  for (fs::recursive_directory_iterator it(input, fs::directory_options::follow_directory_symlink, error), end;
+       !error && it != end; it.increment(error)) {
+    if (it->path().filename().string().starts_with(".")) {
+      if (it->is_directory(error)) it.disable_recursion_pending();
+      continue;
+    }
+    if (!HasImageExtension(it->path())) continue;
+    (HasRawExtension(it->path()) ? raw : photos).insert(it->path().parent_path() / it->path().stem());
+  }
+  photos.insert(raw.begin(), raw.end());  // a RAW file beside its JPEG is no other photo
+  return static_cast<int>(photos.size());
 }
 
 double ExpectedCameraSeconds(const PipelineQuality& quality, int photos, int threads) {
@@ -72,7 +127,7 @@ double ExpectedCameraSeconds(const PipelineQuality& quality, int photos, int thr
 
 const PipelineQuality& QualityForMinutes(double minutes, int photos, int threads) {
   const auto& all = Qualities();
-  if (photos <= 0) return all[kDefault];
+  if (photos <= 0) return all[kFull];
   for (std::size_t i = all.size(); i-- > 0;)
     if (ExpectedCameraSeconds(all[i], photos, threads) <= kCameraShare * 60 * minutes) return all[i];
   return all.front();

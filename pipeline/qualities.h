@@ -1,7 +1,6 @@
 // How thorough a run of the whole pipeline is: what the dials of its stages are set to together.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,28 +10,38 @@
 namespace lumi {
 
 struct PipelineQuality {
-  std::string name;                         // "draft"
-  std::string says;                         // what it is, in words
-  std::vector<std::string> cameras;         // options of lumi-reconstruct and their values
-  double depth_seconds_a_photo = 0;         // that lumi-proxy auto may spend on depth maps; 0: none are made
-  double camera_seconds_a_photo = 0;        // about what the cameras take: so much a photo ...
-  double camera_seconds_a_square = 0;       // ... and so much times the photos' number squared; two cores
+  std::string name;                    // "draft"
+  std::string cameras_in_words;        // empty: as by default
+  std::vector<std::string> cameras;    // options of lumi-reconstruct and their values
+  double depth_seconds_a_photo = 0;    // that lumi-proxy auto may spend on depth maps; 0: none are made
+  double camera_seconds_a_photo = 0;   // about what the cameras take on two cores: so much a photo ...
+  double camera_seconds_a_square = 0;  // ... and so much times the photos' number squared
 };
 
 // Cheapest first.
 std::span<const PipelineQuality> PipelineQualities();
 
-// What the user set himself stays. `has_cameras`: the input brings them, so that only the proxy differs.
-PipelineOptions WithQuality(PipelineOptions options, const PipelineQuality& quality, bool has_cameras);
+// Whether the input brings its cameras or the options do (--poses, --rig): no quality turns what finds them.
+bool CamerasAreGiven(const PipelineOptions& options);
 
-// Of those that differ for this input: without cameras to be found, the cheapest of equal proxies.
-std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool has_cameras);
+// What the user set himself stays. `cameras_given`: only the proxy differs.
+PipelineOptions WithQuality(PipelineOptions options, const PipelineQuality& quality, bool cameras_given);
+
+// Those that differ for these options, the cheapest of equal ones.
+std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool cameras_given);
+
+// "small features, no depth maps": what of it counts for these options.
+std::string InWords(const PipelineQuality& quality, const PipelineOptions& options, bool cameras_given);
+
+// Photos below a folder, as lumi-reconstruct counts them; 0 for a video.
+int CountPhotos(const std::filesystem::path& input);
 
 // Seconds that finding the cameras is expected to take: as measured on two cores, in proportion to the cores.
 double ExpectedCameraSeconds(const PipelineQuality& quality, int photos, int threads);
 
 // For M minutes: the most thorough whose cameras are expected to take at most two fifths of them; the cheapest where
-// none is. `photos`: 0 where the input does not tell: the default quality.
+// none is. `photos`: 0 where the cameras are given or the input is a video, whose keyframes nobody knows yet: the
+// quality "full".
 const PipelineQuality& QualityForMinutes(double minutes, int photos, int threads);
 
 }  // namespace lumi

@@ -109,7 +109,8 @@ std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
 namespace {
 
 // The standard deviation of a period that is the mean of the frames' own: each has a shift at which a later frame is
-// most like it, as sharp as the difference is bent there. They disagree where times are uneven or the motion slows down.
+// most like it, as sharp as the difference is bent there. They disagree where times are uneven or the motion slows
+// down.
 double Disagreement(const MatrixXd& v, double period) {
   constexpr Eigen::Index kReach = 3;  // frames to both sides: as far as a top belongs to this period
   const auto middle = static_cast<Eigen::Index>(std::lround(period));
@@ -117,12 +118,16 @@ double Disagreement(const MatrixXd& v, double period) {
     double shift, weight;
   };
   std::vector<Own> own;
+  const auto missing = [&](Eigen::Index i) { return v.row(i).squaredNorm() == 0; };
   for (Eigen::Index i = 0; i + middle + 1 < v.rows(); ++i) {
+    if (missing(i)) continue;
     const auto difference = [&](Eigen::Index k) { return (v.row(i) - v.row(i + k)).squaredNorm(); };
-    const Eigen::Index first = std::max<Eigen::Index>(middle - kReach, 1), last = std::min(middle + kReach, v.rows() - 2 - i);
+    const Eigen::Index first = std::max<Eigen::Index>(middle - kReach, 1),
+                       last = std::min(middle + kReach, v.rows() - 2 - i);
     Eigen::Index best = first;
     for (Eigen::Index k = first; k <= last; ++k)
       if (difference(k) < difference(best)) best = k;
+    if (missing(i + best - 1) || missing(i + best) || missing(i + best + 1)) continue;
     const double before = difference(best - 1), at = difference(best), after = difference(best + 1);
     const double bend = before - 2 * at + after;
     if (at > before || at > after || !(bend > 0)) continue;  // still falling at the end of the reach

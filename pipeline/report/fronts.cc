@@ -2,47 +2,94 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
-#include "scene/files/atomic_file.h"
+#include "scene/files/json_keys.h"
 #include "scene/plot/plot.h"
+#include "scene/program/error.h"
 #include "scene/tradeoff/front.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-using nlohmann::json;
+using Value = std::optional<double>;
 
-// A stage's table: which of its columns are drawn. Of several accuracies the first that has a value.
+// What the tables of all stages have of these; a table has some.
+struct FrontRow {
+  std::string name, method;
+  Value minutes, seconds, faces, ms;
+  Value psnr_db, psnr_holdout_db, psnr_mean_db, psnr_optimum_db, iou_median;
+  Value centre_rms_percent, mean_reprojection_error_px, error_percent, mean_distance_px;
+};
+void ListKeys(JsonKeys& j, FrontRow& r) {
+  j("name", r.name, "method", r.method, "minutes", r.minutes, "seconds", r.seconds, "faces", r.faces, "ms", r.ms);
+  j("psnr_db", r.psnr_db, "psnr_holdout_db", r.psnr_holdout_db, "psnr_mean_db", r.psnr_mean_db);
+  j("psnr_optimum_db", r.psnr_optimum_db, "iou_median", r.iou_median, "centre_rms_percent", r.centre_rms_percent);
+  j("mean_reprojection_error_px", r.mean_reprojection_error_px, "error_percent", r.error_percent);
+  j("mean_distance_px", r.mean_distance_px);
+}
+struct FrontTable {
+  std::vector<FrontRow> points, qualities;
+  std::string proxy;
+};
+void ListKeys(JsonKeys& j, FrontTable& t) { j("points", t.points, "qualities", t.qualities, "proxy", t.proxy); }
+
+// Which row a mark stands at.
+enum class Marked { kAsGiven, kFilm, kThisScene, kNone };
+
+// A stage's table: which of its columns are drawn. Of several accuracies the first that a row has.
 struct Stage {
   std::string file;  // below the scene, without .json; one that ends in "*": all that begin so
   std::string title;
-  std::string rows;  // key of the list
-  std::string cost, cost_label;
+  Marked marked = Marked::kNone;
+  Value FrontRow::*cost = nullptr;
+  std::string cost_label;
   struct Accuracy {
-    std::string key, label;
+    Value FrontRow::*value;
+    std::string label;
     bool less = false;  // is better
   };
   std::vector<Accuracy> accuracies;
 };
 
 const std::vector<Stage>& Stages() {
+  using Row = FrontRow;
+  const std::vector<Stage::Accuracy> cameras{{&Row::centre_rms_percent, "centres off, % of the extent", true},
+                                             {&Row::mean_reprojection_error_px, "reprojection error, px", true}};
+  const Stage::Accuracy held_out{&Row::psnr_holdout_db, "held-out PSNR, dB"},
+      iou{&Row::iou_median, "silhouettes (IoU)"};
   static const std::vector<Stage> all{
-      {"tradeoff/pipeline", "The whole pipeline", "qualities", "minutes", "minutes", {{"psnr_db", "held-out PSNR, dB"}}},
-      {"tradeoff/colmap", "Cameras", "points", "seconds", "seconds",
-       {{"centre_rms_percent", "centres off, % of the extent", true}, {"mean_reprojection_error_px", "px", true}}},
-      {"tradeoff/factorization", "Cameras by factorisation", "points", "seconds", "seconds",
-       {{"centre_rms_percent", "centres off, % of the extent", true}, {"mean_reprojection_error_px", "px", true}}},
-      {"tradeoff/period", "Period", "points", "seconds", "seconds", {{"error_percent", "error, %", true}}},
-      {"tradeoff/dense", "Dense proxy", "points", "seconds", "seconds", {{"psnr_holdout_db", "held-out PSNR, dB"}}},
-      {"tradeoff/hull", "Visual hull", "points", "seconds", "seconds", {{"iou_median", "silhouettes covered (IoU)"}}},
-      {"tradeoff/simplify-*", "Fewer faces", "points", "faces", "faces",
-       {{"psnr_mean_db", "held-out PSNR, dB"}, {"iou_median", "silhouettes covered (IoU)"}, {"mean_distance_px", "px", true}}},
-      {"fronts/*", "Rendering", "points", "ms", "ms a frame",
-       {{"psnr_holdout_db", "held-out PSNR, dB"}, {"psnr_optimum_db", "dB from the optimum"}}},
+      // Of the folder whose scenes are the qualities.
+      {"../tradeoff/pipeline",
+       "The whole pipeline",
+       Marked::kThisScene,
+       &Row::minutes,
+       "minutes",
+       {{&Row::psnr_db, "held-out PSNR, dB"}}},
+      {"tradeoff/colmap", "Cameras", Marked::kAsGiven, &Row::seconds, "seconds", cameras},
+      {"tradeoff/factorization", "Cameras by factorisation", Marked::kAsGiven, &Row::seconds, "seconds", cameras},
+      {"tradeoff/period",
+       "Period",
+       Marked::kAsGiven,
+       &Row::seconds,
+       "seconds",
+       {{&Row::error_percent, "error, %", true}}},
+      {"tradeoff/dense", "Dense proxy", Marked::kAsGiven, &Row::seconds, "seconds", {held_out}},
+      {"tradeoff/hull", "Visual hull", Marked::kAsGiven, &Row::seconds, "seconds", {iou}},
+      {"tradeoff/simplify-*",
+       "Fewer faces",
+       Marked::kNone,
+       &Row::faces,
+       "faces",
+       {{&Row::psnr_mean_db, "held-out PSNR, dB"}, iou, {&Row::mean_distance_px, "distance, px", true}}},
+      {"fronts/*",
+       "Rendering",
+       Marked::kFilm,
+       &Row::ms,
+       "ms a frame",
+       {held_out, {&Row::psnr_optimum_db, "PSNR to the optimum, dB"}}},
   };
   return all;
 }
@@ -61,55 +108,48 @@ std::vector<fs::path> FilesOf(const fs::path& scene, const Stage& stage) {
   return files;
 }
 
-std::optional<json> Read(const fs::path& file) {
+std::optional<FrontTable> Read(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return std::nullopt;
-  json parsed = json::parse(ReadText(file), nullptr, false);
-  if (!parsed.is_object()) return std::nullopt;
-  return parsed;
-}
-
-std::string TextIn(const json& row, const char* key) {
-  const auto found = row.find(key);
-  return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-std::optional<double> NumberIn(const json& row, const std::string& key) {
-  const auto found = row.find(key);
-  if (found == row.end() || !found->is_number()) return std::nullopt;
-  return found->get<double>();
+  try {
+    return JsonKeys::Read(file, "a table of what accuracy costs").As<FrontTable>();
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 // The name up to a colon: "as given: 8192 features, ..." is "as given".
-std::string NameIn(const json& row) {
-  for (const char* key : {"name", "method"})
-    if (std::string name = TextIn(row, key); !name.empty()) return name.substr(0, name.find(':'));
-  return {};
+std::string NameOf(const FrontRow& row) {
+  const std::string& name = row.name.empty() ? row.method : row.name;
+  return name.substr(0, name.find(':'));
 }
 
-// A row of the table that the scene was made with: what its stage calls so, or the film's settings.
-bool IsTaken(const Stage& stage, const json& table, const std::string& name, const std::string& film) {
-  if (stage.file == "tradeoff/pipeline") return name == TextIn(table, "recommended");
-  return stage.file.starts_with("fronts") ? !film.empty() && name == film : name == "as given";
-}
-
-std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const std::string& film) {
-  const std::optional<json> table = Read(file);
+std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const SceneSettings& scene) {
+  const std::optional<FrontTable> table = Read(file);
   if (!table) return std::nullopt;
-  const auto rows = table->find(stage.rows);
-  if (rows == table->end() || !rows->is_array()) return std::nullopt;
+  const auto is_marked = [&](const std::string& name) {
+    switch (stage.marked) {
+      case Marked::kAsGiven: return name == "as given";
+      case Marked::kFilm: return !name.empty() && name == scene.film && table->proxy == scene.proxy;
+      case Marked::kThisScene: return name == scene.quality;
+      case Marked::kNone: break;
+    }
+    return false;
+  };
   for (const Stage::Accuracy& accuracy : stage.accuracies) {
     std::vector<PlotPoint> points;
     std::vector<CostAndQuality> measured;
-    PlotSeries taken{.name = "as this scene has it", .color = "#cf222e", .marker = Marker::kDiamond, .points = {}};
-    for (const json& row : *rows) {
-      if (!row.is_object()) continue;
-      const auto x = NumberIn(row, stage.cost), y = NumberIn(row, accuracy.key);
+    PlotSeries marked{.name = stage.marked == Marked::kAsGiven ? "as given" : "this scene",
+                      .color = "#cf222e",
+                      .marker = Marker::kDiamond,
+                      .points = {}};
+    for (const FrontRow& row : stage.marked == Marked::kThisScene ? table->qualities : table->points) {
+      const Value x = row.*stage.cost, y = row.*accuracy.value;
       if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y) || !(*x > 0)) continue;
-      const std::string name = NameIn(row);
+      const std::string name = NameOf(row);
       points.push_back({*x, *y, "", name});
       measured.push_back({*x, accuracy.less ? -*y : *y});
-      if (IsTaken(stage, *table, name, film)) taken.points.push_back({*x, *y, name, name});
+      if (is_marked(name)) marked.points.push_back({*x, *y, name, name});
     }
     if (points.empty()) continue;
     PlotSeries settings{.name = "settings", .color = "#8c959f", .points = {}};
@@ -117,7 +157,7 @@ std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const std:
     for (const std::size_t i : ParetoFront(measured)) {
       front.points.push_back(points[i]);
       front.points.back().label = points[i].tip;
-      for (PlotPoint& p : taken.points)
+      for (PlotPoint& p : marked.points)
         if (p.label == points[i].tip) p.label.clear();  // it has its name already
     }
     settings.points = std::move(points);
@@ -127,7 +167,7 @@ std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const std:
               .y = {accuracy.label},
               .series = {std::move(settings), std::move(front)},
               .marks = {}};
-    if (!taken.points.empty()) plot.series.push_back(std::move(taken));
+    if (!marked.points.empty()) plot.series.push_back(std::move(marked));
     return plot;
   }
   return std::nullopt;
@@ -135,11 +175,11 @@ std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const std:
 
 }  // namespace
 
-std::string FrontsSvg(const fs::path& scene_folder, const std::string& film) {
+std::string FrontsSvg(const fs::path& scene_folder, const SceneSettings& scene) {
   std::vector<Plot> panels;
   for (const Stage& stage : Stages())
     for (const fs::path& file : FilesOf(scene_folder, stage))
-      if (std::optional<Plot> panel = PanelOf(stage, file, film)) panels.push_back(*std::move(panel));
+      if (std::optional<Plot> panel = PanelOf(stage, file, scene)) panels.push_back(*std::move(panel));
   return panels.empty() ? std::string() : SvgOf(panels, 2);
 }
 

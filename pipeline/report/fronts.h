@@ -7,9 +7,16 @@
 
 namespace lumi {
 
-// A panel a stage: its settings, the front as steps, and the one that the scene was made with. `film`: the name of the
-// settings that the fly-through was rendered with; empty: none. Empty where no stage has measured; a file that cannot
-// be read is left out.
-std::string FrontsSvg(const std::filesystem::path& scene_folder, const std::string& film);
+// What is marked in the panels.
+struct SceneSettings {
+  std::string quality;  // the scene's folder, where lumi-pipeline --tradeoff made it
+  std::string proxy;    // the active one
+  std::string film;     // name of the settings that the fly-through was rendered with; empty: none
+};
+
+// A panel a stage: its settings, the front as steps; marked are the settings that the stage measured from ("as given"),
+// and the film's and the quality that are this scene's. Empty where no stage has measured; a file that cannot be read
+// is left out.
+std::string FrontsSvg(const std::filesystem::path& scene_folder, const SceneSettings& scene);
 
 }  // namespace lumi

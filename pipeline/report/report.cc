@@ -319,18 +319,22 @@ std::string NextHtml(const ReportInput& input, const CamerasSummary& cameras) {
 }
 
 // What accuracy costs at each stage that has measured it; how to measure, where none has.
-std::string FrontsHtml(const ReportInput& input) {
+std::string FrontsHtml(const ReportInput& input, const std::string& proxy) {
   const std::string scene = EscapeHtml(input.scene_folder.string());
-  const std::string svg =
-      FrontsSvg(input.scene_folder, SummaryOf<FramesSummary>(input, "video").fidelity.value_or(FaithfulSettings()).name);
+  const std::string folder = fs::weakly_canonical(fs::absolute(input.scene_folder)).filename().string();
+  const auto film = SummaryOf<FramesSummary>(input, "video").fidelity.value_or(FaithfulSettings());
+  const std::string svg = FrontsSvg(input.scene_folder, {folder, proxy, film.name});
   const std::string how = "<pre>lumi-render tradeoff " + scene + " -o OUT          every setting of the renderer\n" +
                           "lumi-proxy dense " + scene + " --tradeoff        depth maps, meshes\n" +
                           "lumi-reconstruct PHOTOS -o " + scene + " --tradeoff     cameras</pre>\n";
   if (svg.empty())
     return "<p class=\"soft\">No stage of this scene has measured yet what its accuracy costs. These do, and the next "
-           "report shows it:</p>" + how;
-  return "<p class=\"soft\">A mark a setting; the steps are the front, where nothing is both cheaper and better. The large mark "
-         "is what this scene was made with.</p>\n<div class=\"frame\">" + HtmlInlineSvg(svg, "accuracy against time") + "</div>\n";
+           "report shows it:</p>" +
+           how;
+  return "<p class=\"soft\">A mark a setting; the steps are the front, where nothing is both cheaper and better. "
+         "Diamonds are the "
+         "settings that a stage measured from, and this scene's own.</p>\n<div class=\"frame\">" +
+         HtmlInlineSvg(svg, "accuracy against time") + "</div>\n";
 }
 
 struct ReportedStage {
@@ -391,7 +395,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += HtmlSection("Contact sheet", ContactSheetHtml(thumbnails));
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));
   body += HtmlSection("Time", TimeHtml(input));
-  body += HtmlSection("Accuracy against time", FrontsHtml(input));
+  body += HtmlSection("Accuracy against time", FrontsHtml(input, scene.active_proxy));
   body += HtmlSection("Options and versions", OptionsHtml(records));
 
   JsonKeys report, provenance;

@@ -32,7 +32,8 @@ simulated() {
 captured() {
   [ -f "$work/$1/lumigraph.json" ] && return 0
   { [ "$1" = desk ] || [ -d "${data:-/nowhere}/$1" ]; } || return 1
-  "$bin/bench_figures" --work "$work" ${data:+--data "$data"} --only "$1" --quiet >/dev/null
+  # Callers ask with `if` or `||`, where a failure would count as "there is none".
+  "$bin/bench_figures" --work "$work" ${data:+--data "$data"} --only "$1" --quiet >/dev/null || die "$1 could not be made" 1
 }
 # peak_mb FILE COMMAND...: runs it, and leaves its largest resident size in FILE, in megabytes; "-" without Debian's package `time`.
 peak_mb() {
@@ -63,4 +64,3 @@ fly_through() {
     -filter_complex "[0]$over_black[a];[1]$over_black[b];[a][b]psnr" -f null - 2>&1 | sed -n 's/.*average:\([^ ]*\) min:\([^ ]*\).*/PSNR between them \1 dB over all frames, \2 dB at the worst/p'
   rm -rf "$folder-pixel" "$folder-sparse"
 }
-# Of 1080p, 8 bits in H.264.

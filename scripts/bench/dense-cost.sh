@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What dense proxies take: seconds, memory, milliseconds a frame, the fly-through
-# Programs: lumi-simulate lumi-proxy lumi-render
+# Programs: lumi-simulate lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export bench_figures
 . "${BASH_SOURCE[0]%/*}/common.sh"
 
 dense_costs() {

@@ -5,11 +5,6 @@
 
 # Dense proxies beside the sparse mesh: held-out photos, none of which the proxies know; pixels that two photos see over
 # the dense one. Then depth against the truth.
-# SCENE PROXY SEEN_PROXY WIDTH: a held-out evaluation as JSON.
-dense_held_out() {
-  "$bin/lumi-render" "$1" -o "$work/dense-frames" --proxy "$2" --seen-proxy "$3" --holdout 8 --width "$4" --json --quiet
-  rm -rf "$work/dense-frames"
-}
 dense_rows() {
   local scene=$1 width=$2 name=${1##*/} made json proxy over
   captured "$name" || return 0
@@ -21,7 +16,8 @@ dense_rows() {
       dense-strict) made=$("$bin/lumi-proxy" dense "$scene" --name dense-strict --agree 3 --width "$width" --leave-out 8 --json --quiet) ;;
       true) over=$scene/truth/mesh.ply; [ -f "$over" ] || continue ;;
     esac
-    json=$(dense_held_out "$scene" "$over" dense-without-8 "$width")
+    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "$over" --seen-proxy dense-without-8 --holdout 8 --width "$width" --json --quiet)
+    rm -rf "$work/dense-frames"
     printf '| %s | %s | %s | %s | %s | %s | %s | %s |\n' "$name" "$proxy" "$(json_figure "$json" psnr_mean_db)" "$(json_figure "$json" psnr_seen_mean_db)" \
       "$(json_figure "$json" seen 3)" "$(json_figure "$json" ssim_mean 3)" "$(json_figure "$made" photos 0)" "$(json_figure "$made" seconds 1)"
   done

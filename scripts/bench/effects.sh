@@ -5,12 +5,14 @@
 
 # What --effects auto decides by judgement, against the other way: held-out PSNR in dB.
 effects_row() {
-  printf '| %s | %s |' "${1##*/}" "$2"
+  local row options json
+  row="| ${1##*/} | $2 |"
   for options in '' '--prefilter off' '--prefilter on' '--resolution off' '--resolution jacobian'; do
     # shellcheck disable=SC2086
-    printf ' %s |' "$(json_figure "$("$bin/lumi-render" "$1" --holdout 8 --width "$2" $options --json --quiet)" psnr_mean_db)"
+    json=$("$bin/lumi-render" "$1" --holdout 8 --width "$2" $options --json --quiet)
+    row+=" $(json_figure "$json" psnr_mean_db) |"
   done
-  printf '\n'
+  printf '%s\n' "$row"
 }
 heading 'Effects on demand: auto, and an effect off or on'
 printf '| capture | width | auto | prefilter off | on | resolution off | Jacobian |\n|---|---|---|---|---|---|---|\n'

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Several videos at once, scenes that carry times, time-periodic scenes and their --tradeoffs
-# Programs: lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-timeperiodic time_scenes_bench timeperiodic_bench
+# Programs: lumi-export lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-simulate lumi-timeperiodic time_scenes_bench timeperiodic_bench
 . "${BASH_SOURCE[0]%/*}/common.sh"
 
 for example in lamp helicopter; do simulated "$example" "$example" --width 240; done

@@ -12,7 +12,7 @@ block "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_fi
 whole_frame() {
   local what=$1 width=$2 seconds=$3 json
   shift 3
-  json=$("$bin/lumi-render" "$work/desk-262" -o "$work/whole-frames" --proxy plane --width "$width" --seconds "$seconds" --json --quiet "$@")
+  json=$("$bin/lumi-render" "$work/desk-262" -o "$work/whole-frames" --proxy plane --width "$width" --seconds "$seconds" --threads 2 --json --quiet "$@")
   rm -rf "$work/whole-frames"
   printf '| %s | %sx%s | %s |\n' "$what" "$width" "$((width * 3 / 4))" "$(json_figure "$json" ms_per_frame 1)"
 }

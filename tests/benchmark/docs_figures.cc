@@ -120,7 +120,8 @@ class Filler {
       out += text_.substr(at, begin - at);
       const bool block = text_.substr(mark).starts_with(kBlock);
       const std::string_view asked = text_.substr(mark, close - mark);
-      out += block ? "\n" + Block(mark, asked.substr(kBlock.size())) + "\n" : Number(mark, asked.substr(kInline.size()));
+      out +=
+          block ? "\n" + Block(mark, asked.substr(kBlock.size())) + "\n" : Number(mark, asked.substr(kInline.size()));
       out += kEnd;
       at = end + kEnd.size();
     }
@@ -202,12 +203,11 @@ PrintedFigures ReadPrintedFigures(const std::filesystem::path& file) {
 std::string ToJson(const PrintedFigures& figures) {
   nlohmann::ordered_json parts = nlohmann::ordered_json::object();
   for (const auto& [name, part] : figures)
-    parts[name] = {{"command", part.command},
-                   {"machine", part.machine},
-                   {"seconds", part.seconds},
-                   {"printed", part.lines}};
-  return nlohmann::ordered_json{{"about", "what ./bench.sh printed last, part by part; ./bench.sh --update-docs writes it"},
-                                {"parts", parts}}
+    parts[name] = {
+        {"command", part.command}, {"machine", part.machine}, {"seconds", part.seconds}, {"printed", part.lines}};
+  return nlohmann::ordered_json{
+             {"about", "what ./bench.sh printed last, part by part; ./bench.sh --update-docs writes it"},
+             {"parts", parts}}
              .dump(1) +
          "\n";
 }

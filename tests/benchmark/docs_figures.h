@@ -1,5 +1,5 @@
-// Figures that README and docs quote. docs/figures.json holds what each part of bench.sh printed last; a marked place in
-// a Markdown file holds a piece of it, so that a page cannot say another number than the bench printed.
+// Figures that README and docs quote. docs/figures.json holds what each part of bench.sh printed last; a marked place
+// in a Markdown file holds a piece of it, so that a page cannot say another number than the bench printed.
 //
 // A table or a block, on lines of their own:
 //     <!-- figures PART: HEADING -->
@@ -20,9 +20,9 @@ namespace lumi {
 
 // What one part of bench.sh printed, and what is to be known about that run.
 struct PrintedPart {
-  std::string command;   // which prints it
-  std::string machine;   // compilers, libraries, cores
-  double seconds = 0;    // that it took
+  std::string command;  // which prints it
+  std::string machine;  // compilers, libraries, cores
+  double seconds = 0;   // that it took
   std::vector<std::string> lines;
 };
 constexpr const char* kFiguresFile = "docs/figures.json";

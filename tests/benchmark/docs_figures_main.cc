@@ -32,13 +32,17 @@ PrintedPart ReadStdin() {
 }
 
 DocsSummary Update(const std::filesystem::path& root, const PrintedFigures& figures) {
-  DocsSummary summary;
+  // All are filled in before one is written.
+  std::vector<std::pair<std::filesystem::path, std::string>> changed;
   for (const std::filesystem::path& page : PagesWithFigures(root)) {
     std::ifstream in = OpenToRead(page);
     const std::string old{std::istreambuf_iterator<char>(in), {}};
-    const std::string filled = FillInFigures(old, page.string(), figures);
-    if (filled == old) continue;
-    WriteTextAtomically(page, filled);
+    std::string filled = FillInFigures(old, page.string(), figures);
+    if (filled != old) changed.emplace_back(page, std::move(filled));
+  }
+  DocsSummary summary;
+  for (const auto& [page, text] : changed) {
+    WriteTextAtomically(page, text);
     summary.changed.push_back(page.string());
   }
   return summary;
@@ -65,7 +69,8 @@ int main(int argc, char** argv) {
   record.Add("--command", printed.command, "That prints it");
   record.Add("--machine", printed.machine, "Compilers, libraries, cores");
   record.Add("--seconds", printed.seconds, "That it took").Range(0.0, 1e9);
-  program.Command("update", "Fills README.md and docs/*.md in, and lists the pages that changed",
-                  [&] { return lumi::Answer(lumi::Update(root, lumi::ReadPrintedFigures(root / lumi::kFiguresFile))); });
+  program.Command("update", "Fills README.md and docs/*.md in, and lists the pages that changed", [&] {
+    return lumi::Answer(lumi::Update(root, lumi::ReadPrintedFigures(root / lumi::kFiguresFile)));
+  });
   program.RunAndExit(argc, argv);
 }

@@ -16,9 +16,12 @@ using ::testing::HasSubstr;
 
 PrintedFigures Example() {
   PrintedFigures figures;
-  figures["render"] = {"./bench.sh --only render", "GCC", 12, {
-      "## Held out", "", "| capture | proxy | PSNR dB |", "|---|---|---|", "| desk | mesh | 26.684 |", "| | dense | 27.1 |",
-      "| fox | mesh | 24.0 +- 0.2 |", "", "## Fly-through", "", "```", "## no heading", "sparse 12.5 ms a frame", "```", ""}};
+  figures["render"] = {"./bench.sh --only render",
+                       "GCC",
+                       12,
+                       {"## Held out", "", "| capture | proxy | PSNR dB |", "|---|---|---|", "| desk | mesh | 26.684 |",
+                        "| | dense | 27.1 |", "| fox | mesh | 24.0 +- 0.2 |", "", "## Fly-through", "", "```",
+                        "## no heading", "sparse 12.5 ms a frame", "```", ""}};
   return figures;
 }
 
@@ -34,8 +37,9 @@ std::string Refusal(const std::string& markdown) {
 }
 
 TEST(DocsFigures, WhatStandsBelowAHeadingReplacesWhatTheMarkHeld) {
-  EXPECT_EQ(Filled("a\n<!-- figures render: Fly-through -->\nold\n<!-- end -->\nb\n"),
-            "a\n<!-- figures render: Fly-through -->\n```\n## no heading\nsparse 12.5 ms a frame\n```\n<!-- end -->\nb\n");
+  EXPECT_EQ(
+      Filled("a\n<!-- figures render: Fly-through -->\nold\n<!-- end -->\nb\n"),
+      "a\n<!-- figures render: Fly-through -->\n```\n## no heading\nsparse 12.5 ms a frame\n```\n<!-- end -->\nb\n");
 }
 
 TEST(DocsFigures, ACellIsFoundByItsRowAndColumn) {
@@ -58,19 +62,22 @@ TEST(DocsFigures, ARegularExpressionFindsWhatIsInNoTable) {
 }
 
 TEST(DocsFigures, FillingInTwiceChangesNothing) {
-  const std::string once = Filled("<!-- figure render: Held out | desk | PSNR dB -->1<!-- end -->, and\n"
-                                  "<!-- figures render: Held out -->\n<!-- end -->\n");
+  const std::string once = Filled(
+      "<!-- figure render: Held out | desk | PSNR dB -->1<!-- end -->, and\n"
+      "<!-- figures render: Held out -->\n<!-- end -->\n");
   EXPECT_EQ(Filled(once), once);
 }
 
 TEST(DocsFigures, WhatWasNotPrintedIsRefusedWithItsLine) {
-  EXPECT_THAT(Refusal("\n\n<!-- figures other: Held out -->\n<!-- end -->"), HasSubstr("line 3: docs/figures.json has no part 'other'"));
+  EXPECT_THAT(Refusal("\n\n<!-- figures other: Held out -->\n<!-- end -->"),
+              HasSubstr("line 3: docs/figures.json has no part 'other'"));
   EXPECT_THAT(Refusal("<!-- figures render: Held -->\n<!-- end -->"), HasSubstr("no heading 'Held'"));
   EXPECT_THAT(Refusal("<!-- figure render: Held out | plaza | PSNR dB --><!-- end -->"), HasSubstr("no row 'plaza'"));
   EXPECT_THAT(Refusal("<!-- figure render: Held out | desk | SSIM --><!-- end -->"), HasSubstr("column 'SSIM'"));
   EXPECT_THAT(Refusal("<!-- figure render: Held out | desk | proxy | 1 --><!-- end -->"), HasSubstr("is no number"));
   EXPECT_THAT(Refusal("<!-- figure render: Held out | desk --><!-- end -->"), HasSubstr("is wanted"));
-  EXPECT_THAT(Refusal("<!-- figure render: Fly-through ~ ([0-9]+) miles --><!-- end -->"), HasSubstr("nothing printed matches"));
+  EXPECT_THAT(Refusal("<!-- figure render: Fly-through ~ ([0-9]+) miles --><!-- end -->"),
+              HasSubstr("nothing printed matches"));
   EXPECT_THAT(Refusal("<!-- figure render: Fly-through ~ ( --><!-- end -->"), HasSubstr("no regular expression"));
 }
 
@@ -100,7 +107,8 @@ TEST(DocsFigures, PagesSayWhatTheBenchPrinted) {
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     ASSERT_FALSE(text.empty()) << page;
     marks += text.find("<!-- figure") != std::string::npos;
-    EXPECT_EQ(FillInFigures(text, page.string(), figures), text) << page << ": run build/release/bin/docs_figures update";
+    EXPECT_EQ(FillInFigures(text, page.string(), figures), text)
+        << page << ": run build/release/bin/docs_figures update";
   }
   EXPECT_GT(marks, 3);
 }
@@ -115,7 +123,11 @@ std::string TextIn(const std::string& section) {
 TEST(DocsFigures, WhatWasMeasuredNamesItsOrigin) {
   static const std::regex figure("(^|[^.\\w])[0-9]+(\\.[0-9]+)? (dB|ms)($|[^\\w])"),
       table("\\|[^\n]*\\b(dB|ms|seconds|MB)\\b[^\n]*\\|\n\\|[-|]+\\|"),
-      origin("bench\\.sh|scripts/|_bench|tests/|`[A-Za-z]+\\.[A-Za-z]+`|--tradeoff|`lumi-|<!-- figure|(^|\n)    lumi-");
+      // A part of bench.sh, a script, a bench program, a test, or one of our programs with its arguments.
+      origin(
+          "bench\\.sh "
+          "--only|scripts/[a-z-]+\\.sh|[a-z]_bench|tests/[a-z_/]+|`[A-Z][A-Za-z]+\\.[A-Z][A-Za-z]*|`lumi-[a-z]+ [^`]|"
+          "<!-- figure|(^|\n)    lumi-");
   // Settings of the viewer.
   const std::set<std::string> no_measurement{"viewer.md: ## Mouse and keys"};
   int measured = 0;

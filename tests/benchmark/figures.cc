@@ -158,7 +158,8 @@ CaptureFigures MeasureCapture(const BenchCapture& capture, const fs::path& work,
 
 std::string ToMarkdown(const std::vector<CaptureFigures>& figures) {
   std::string text = fmt::format(
-      "\n## Captures: held out\n\nPhotos 0, {0}, {1} ... rendered from the others; PSNR and SSIM over all pixels, a hole counts as "
+      "\n## Captures: held out\n\nPhotos 0, {0}, {1} ... rendered from the others; PSNR and SSIM over all pixels, a "
+      "hole counts as "
       "black; PSNR also over the pixels that two of the others see.\n\n",
       kHoldout, 2 * kHoldout);
   text +=
@@ -182,7 +183,8 @@ std::string ToMarkdown(const std::vector<CaptureFigures>& figures) {
       text += fmt::format("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", f.name, f.poses->centre_rms_percent,
                           f.poses->centre_max_percent, f.poses->rotation_rms_deg, f.poses->rotation_max_deg);
   text +=
-      "\n## Captures: photos at their own cameras\n\nMean absolute difference wherever the proxy is seen, in code values of 255 (mean "
+      "\n## Captures: photos at their own cameras\n\nMean absolute difference wherever the proxy is seen, in code "
+      "values of 255 (mean "
       "over photos / worst photo).\n"
       "The same views without their own photos, CPU against GL: the worst view's PSNR.\n\n"
       "| capture | photos | CPU | GL | CPU against GL, dB |\n|---|---|---|---|---|\n";
@@ -193,7 +195,8 @@ std::string ToMarkdown(const std::vector<CaptureFigures>& figures) {
         f.gl ? fmt::format("{:.3f} / {:.3f}", f.gl->mean_absolute, f.gl->worst_mean_absolute) : "no OpenGL here",
         f.cpu_gl_worst_psnr_db ? fmt::format("{:.1f}", *f.cpu_gl_worst_psnr_db) : "");
   text +=
-      "\n## Captures: time beside COLMAP\n\nPreparation, proxy and report.\n\n| capture | COLMAP s | around it s | share "
+      "\n## Captures: time beside COLMAP\n\nPreparation, proxy and report.\n\n| capture | COLMAP s | around it s | "
+      "share "
       "|\n|---|---|---|---|\n";
   for (const CaptureFigures& f : figures)
     text += fmt::format("| {} | {:.1f} | {:.1f} | {:.1f} % |\n", f.name, f.colmap_s, f.around_colmap_s,

@@ -193,8 +193,10 @@ int Run() {
   const EglContext context;
   const EglContext::Current current(context);
   fmt::print(
-      "\n## Sparse samples in OpenGL\n\n{}, {} threads, {}x{}, 25x25 samples, a plane. Bare: a shader that only blends as "
-      "many layers.\n\n| photos | k | prefilter | field of view | layers | frame ms | of it planning ms | bare ms | ratio "
+      "\n## Sparse samples in OpenGL\n\n{}, {} threads, {}x{}, 25x25 samples, a plane. Bare: a shader that only blends "
+      "as "
+      "many layers.\n\n| photos | k | prefilter | field of view | layers | frame ms | of it planning ms | bare ms | "
+      "ratio "
       "|\n|---|---|---|---|---|---|---|---|---|\n",
       GlDeviceName(), ThreadCount(), kWidth, kHeight);
   RadianceSettings settings;
@@ -225,7 +227,8 @@ int Run() {
     Drawing a(few, settings), b(few, candidates), c(few, pixel);
     const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
     fmt::print(
-        "\n## Weights in OpenGL\n\n50 photos, k = 4.\n\n| interpolated ms | candidates ms | ratio | all photos at every "
+        "\n## Weights in OpenGL\n\n50 photos, k = 4.\n\n| interpolated ms | candidates ms | ratio | all photos at "
+        "every "
         "pixel ms | ratio |\n|---|---|---|---|---|\n| {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n",
         ms[0], ms[1], ms[1] / ms[0], ms[2], ms[2] / ms[0]);
   }
@@ -234,7 +237,8 @@ int Run() {
   const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});
   fmt::print(
       "\n## Sparse samples in OpenGL by the number of photos\n\nk = 5.\n\n| photos | frame ms | planning ms | layers | "
-      "ratio |\n|---|---|---|---|---|\n| 50 | {:.2f} | {:.2f} | {:.1f} | |\n| 262 | {:.2f} | {:.2f} | {:.1f} | {:.2f} |\n",
+      "ratio |\n|---|---|---|---|---|\n| 50 | {:.2f} | {:.2f} | {:.1f} | |\n| 262 | {:.2f} | {:.2f} | {:.1f} | {:.2f} "
+      "|\n",
       ms[0], ms[2], Layers(a.Plan()), ms[1], ms[3], Layers(b.Plan()), ms[1] / ms[0]);
   return 0;
 }

@@ -123,9 +123,14 @@ Time PlainTime(const ViewSetup& setup, const RaySamples& rays, std::size_t count
           Measures m;
           for (std::size_t i = begin; i < end; ++i) {
             EvaluateMeasures(setup.sources, setup.settings, rays.direction[i], rays.t[i], Eigen::Vector3f::Zero(), m);
-            PlainSample sample{setup.sources.count,    setup.sources.dx.data(), setup.sources.dy.data(),
-                               setup.sources.dz.data(), m.f.data(),              m.theta.data(),
-                               {},                      kNugget};
+            PlainSample sample{setup.sources.count,
+                               setup.sources.dx.data(),
+                               setup.sources.dy.data(),
+                               setup.sources.dz.data(),
+                               m.f.data(),
+                               m.theta.data(),
+                               {},
+                               kNugget};
             const Eigen::Vector3d p = static_cast<double>(rays.t[i]) * rays.direction[i].cast<double>();
             std::copy(p.begin(), p.end(), sample.point);
             sums[i] = SolvePlainly(sample, leaves);
@@ -212,8 +217,10 @@ void Main(bool quick) {
         worst = std::max(worst, std::abs(static_cast<double>(decimal.samples[i].weight[j]) -
                                          static_cast<double>(truth.samples[i].weight[j])));
   fmt::print("\n## The optimum: error and time\n\n");
-  fmt::print("262 photos, {} random samples, {:.1f} correlated photos a sample. Oracle: long double on all of them, within "
-             "{:.1g} of 50 digits on {}; ", samples, truth.correlated, worst, decimal_samples);
+  fmt::print(
+      "262 photos, {} random samples, {:.1f} correlated photos a sample. Oracle: long double on all of them, within "
+      "{:.1g} of 50 digits on {}; ",
+      samples, truth.correlated, worst, decimal_samples);
   {
     std::vector<Eigen::Vector3d> D;
     for (const RenderView& v : desk.sources.views) D.push_back(v.centre - desk.view.centre);
@@ -265,9 +272,9 @@ void Main(bool quick) {
     WeighOptimal(setup, nullptr, random, table, counts);
     const Errors e = Compare(table, truth);
     const auto [frame, sparse] = MeasureSpeed(desk, setup, quick ? 1 : 3, quick ? 7 : 41, LaneWidths().front());
-    fmt::print("| {:g} | {:g} | {} | {:.1e} | {:.1e} | {:.2f} | {:.0f} | {:.1f} | {:.0f} |\n", accuracy, cutoff, Name(sum),
-               e.largest, e.median, frame.median_ms / 1000, plain.cpu_ms * frame_samples / frame.cpu_ms, sparse.median_ms,
-               plain.cpu_ms * 625 / sparse.cpu_ms);
+    fmt::print("| {:g} | {:g} | {} | {:.1e} | {:.1e} | {:.2f} | {:.0f} | {:.1f} | {:.0f} |\n", accuracy, cutoff,
+               Name(sum), e.largest, e.median, frame.median_ms / 1000, plain.cpu_ms * frame_samples / frame.cpu_ms,
+               sparse.median_ms, plain.cpu_ms * 625 / sparse.cpu_ms);
   };
   for (const auto& [accuracy, cutoff] :
        std::vector<std::pair<double, double>>{{1e-3, 16.0}, {1e-3, 20.0}, {1e-3, 180.0}, {1e-6, 28.0}, {1e-6, 180.0}})

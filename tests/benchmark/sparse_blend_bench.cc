@@ -304,7 +304,8 @@ void TimeTable(const World& w) {
   std::printf(
       "\n## Sparse samples against a bare blending loop\n\nThe loop blends as many layers a pixel; %dx%d, k = 4, 25x25 "
       "samples, interpolated, a plane, 262 photos, %d threads, median of %d.\n\n"
-      "| field of view | epipoles | samples | layers a pixel | frame ms | plan ms | blend ms | bare ms | ratio | of CPU "
+      "| field of view | epipoles | samples | layers a pixel | frame ms | plan ms | blend ms | bare ms | ratio | of "
+      "CPU "
       "time |\n|---|---|---|---|---|---|---|---|---|---|\n",
       kWidth, kHeight, kThreads, kRepeats);
   for (const bool fov : {false, true})
@@ -324,7 +325,8 @@ void TimeTable(const World& w) {
 // By turns, as above.
 void ViewsTable(const World& many) {
   std::printf(
-      "\n## Sparse samples by the number of photos\n\nk = 5, 25x25 samples, median of %d pairs.\n\n| epipoles | photos | "
+      "\n## Sparse samples by the number of photos\n\nk = 5, 25x25 samples, median of %d pairs.\n\n| epipoles | photos "
+      "| "
       "samples | triangles | layers a pixel | plan ms | blend ms | frame ms | ratio "
       "|\n|---|---|---|---|---|---|---|---|---|\n",
       kRepeats);

@@ -252,7 +252,8 @@ void Pictures(const std::string& example, const fs::path& capture) {
     std::vector<UnseenView> views;
     double nearest = 0;
     for (std::size_t i = 0; i < phases.size(); ++i) {
-      const Standpoint at = Away(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], away * extent);
+      const Standpoint at =
+          Away(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], away * extent);
       views.push_back({at.cam_from_world, phases[i]});
       nearest += at.nearest / static_cast<double>(phases.size());
     }
@@ -289,15 +290,14 @@ std::vector<UnseenView> ViewsBetween(const Scene& scene) {
   return views;
 }
 
-// How far a reconstruction's turns are off beside one turn that all cameras share (degrees, rms): such a turn stands for
-// a shifted principal point.
+// How far a reconstruction's turns are off beside one turn that all cameras share (degrees, rms): such a turn stands
+// for a shifted principal point.
 double TurnedBesideShared(const std::vector<Rigid3>& of_scene, const std::vector<Rigid3>& of_truth) {
   const Similarity3 truth_from_scene = AlignPoses(of_scene, of_truth);
   std::vector<Eigen::Quaterniond> turned;
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   for (std::size_t i = 0; i < of_scene.size(); ++i) {
-    Eigen::Quaterniond q =
-        TransformPose(of_scene[i], truth_from_scene).rotation * of_truth[i].rotation.conjugate();
+    Eigen::Quaterniond q = TransformPose(of_scene[i], truth_from_scene).rotation * of_truth[i].rotation.conjugate();
     if (q.w() < 0) q.coeffs() *= -1;
     turned.push_back(q);
     sum += q.coeffs();
@@ -323,8 +323,10 @@ void CameraRow(const std::string& example, const Scene& scene, const Scene& trut
   }
   const PoseErrors errors = ComparePoses(of_scene, of_truth);
   std::printf(
-      "| capture | period, frames | frames posed | centres rms %% | focal length off %% | principal point off px | turned, "
-      "rms degrees | of these, beside a turn that all cameras share |\n|---|---|---|---|---|---|---|---|\n| %s | %.4f | %zu "
+      "| capture | period, frames | frames posed | centres rms %% | focal length off %% | principal point off px | "
+      "turned, "
+      "rms degrees | of these, beside a turn that all cameras share |\n|---|---|---|---|---|---|---|---|\n| %s | %.4f "
+      "| %zu "
       "of %zu | %.2f | %.2f | %.1f | %.3f | %.3f |\n",
       example.c_str(), *scene.period_s * 30, scene.views.size(), truth.views.size(), errors.centre_rms_percent,
       100 * std::abs(focal - true_focal) / true_focal, principal.norm(), errors.rotation_rms_deg,
@@ -337,8 +339,10 @@ void Reconstructed(const std::string& example, const fs::path& capture, const fs
   const Scene scene = OpenScene(made, {}, SilentProgress());
   CameraRow(example, scene, truth);
   std::printf(
-      "\n### %s, unseen views between frames\n\n| PSNR over what moves at any time, dB | without time | window of 1 frame | "
-      "2 frames | the still part is off, px |\n|---|---|---|---|---|\n", example.c_str());
+      "\n### %s, unseen views between frames\n\n| PSNR over what moves at any time, dB | without time | window of 1 "
+      "frame | "
+      "2 frames | the still part is off, px |\n|---|---|---|---|---|\n",
+      example.c_str());
   const std::vector<UnseenView> in_truth = ViewsBetween(truth), in_scene = ViewsBetween(scene);
   const Unseen unseen(example, truth, in_truth);
   std::vector<double> times;
@@ -380,7 +384,8 @@ int main(int argc, char** argv) {
     if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum"))
       Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
     std::printf(
-        "\n## Time-periodic scenes: unseen views\n\nPSNR (dB) over the pixels where something moves at any time, five views "
+        "\n## Time-periodic scenes: unseen views\n\nPSNR (dB) over the pixels where something moves at any time, five "
+        "views "
         "and phases a row; the nearest photo's camera in world units and as a share of the cameras' extent; windows in "
         "frames.\n\n| scene | nearest camera | %% of extent | without time |");
     for (const double frames : kWindows) std::printf(" window %g |", frames);

@@ -29,8 +29,8 @@ class PipelinePriceTest : public testing::Test {
   static void TearDownTestSuite() { capture_.reset(); }
   static fs::path Workspace() { return *capture_ / "workspace"; }
   static ProgramResult Run(const std::string& output, std::vector<std::string> more) {
-    more.insert(more.begin(), {"lumi-pipeline", Workspace().string(), "-o", (*capture_ / output).string(), "--holdout", "4",
-                               "--width", "64", "--seconds", "0.2", "--json"});
+    more.insert(more.begin(), {"lumi-pipeline", Workspace().string(), "-o", (*capture_ / output).string(), "--holdout",
+                               "4", "--width", "64", "--seconds", "0.2", "--json"});
     return RunProgram(more);
   }
   static json Done(const ProgramResult& result) {
@@ -45,7 +45,7 @@ TEST_F(PipelinePriceTest, EveryQualityIsARowWithItsMinutesAndItsError) {
   const json price = Done(Run("price", {"--tradeoff", "--no-web", "--no-video"}));
   ASSERT_TRUE(price.is_object());
   std::vector<std::string> names;
-  double psnr = 0;
+  double best_db = 0;
   for (const json& row : price["qualities"]) {
     names.push_back(row["name"]);
     EXPECT_GT(row["minutes"].get<double>(), 0);
@@ -53,30 +53,44 @@ TEST_F(PipelinePriceTest, EveryQualityIsARowWithItsMinutesAndItsError) {
     EXPECT_GT(row["psnr_db"].get<double>(), 12);
     EXPECT_EQ(row["photos"], "10 of 10");
     EXPECT_THAT(row["dominates"].get<std::string>(), HasSubstr("%"));
-    psnr = std::max(psnr, row["psnr_db"].get<double>());
+    best_db = std::max(best_db, row["choosing_db"].get<double>());
   }
   // The cameras are given: only the proxy differs.
-  EXPECT_THAT(names, ElementsAre("draft", "standard", "full", "careful"));
+  EXPECT_THAT(names, ElementsAre("draft", "standard", "full"));
   const std::string best = price["recommended"];
   EXPECT_EQ(price["scene"], (*capture_ / "price" / best).string());
   for (const json& row : price["qualities"])
     if (row["name"] == best) {
-      EXPECT_EQ(row["psnr_db"].get<double>(), psnr);
+      EXPECT_EQ(row["choosing_db"].get<double>(), best_db);
     }
-  for (const char* file : {"tradeoff/pipeline.json", "tradeoff/pipeline.csv", "tradeoff/pipeline.svg", "full/report.html"})
+  for (const char* file :
+       {"tradeoff/pipeline.json", "tradeoff/pipeline.csv", "tradeoff/pipeline.svg", "full/report.html"})
     EXPECT_TRUE(fs::exists(*capture_ / "price" / file)) << file;
 
   // Given again nothing is computed, and the figures are those of the runs that did the work.
   const json again = Done(Run("price", {"--tradeoff", "--no-web", "--no-video"}));
   for (std::size_t i = 0; i < names.size(); ++i) {
     EXPECT_EQ(again["qualities"][i]["psnr_db"], price["qualities"][i]["psnr_db"]);
-    EXPECT_NEAR(again["qualities"][i]["proxy_minutes"].get<double>(), price["qualities"][i]["proxy_minutes"].get<double>(), 1e-9);
+    EXPECT_NEAR(again["qualities"][i]["proxy_minutes"].get<double>(),
+                price["qualities"][i]["proxy_minutes"].get<double>(), 1e-9);
   }
   // Within minutes that the first takes longer than, no other is tried.
   const json short_of_time = Done(Run("price", {"--tradeoff", "--no-web", "--no-video", "--minutes", "0.0001"}));
   EXPECT_EQ(short_of_time["qualities"].size(), 1U);
   EXPECT_EQ(short_of_time["recommended"], "draft");
   EXPECT_FALSE(short_of_time["fits"].get<bool>());
+}
+
+// Cameras that an option gives are held, whatever the quality.
+TEST_F(PipelinePriceTest, PhotosWithPosesDifferByTheirProxiesAlone) {
+  const ProgramResult result =
+      RunProgram({"lumi-pipeline", capture_->photos().string(), "-o", (*capture_ / "posed").string(), "--poses",
+                  (capture_->path() / "truth" / "sparse").string(), "--tradeoff", "--no-web", "--no-video", "--holdout",
+                  "4", "--json", "--minutes", "0.0001"});
+  const json price = Done(result);
+  ASSERT_EQ(price["qualities"].size(), 1U);
+  EXPECT_EQ(price["qualities"][0]["what"], "no depth maps");
+  EXPECT_EQ(price["qualities"][0]["photos"], "10 of 10");
 }
 
 TEST_F(PipelinePriceTest, MinutesAreKeptOrItIsSaid) {
@@ -95,6 +109,10 @@ TEST_F(PipelinePriceTest, MinutesAreKeptOrItIsSaid) {
   EXPECT_THAT(too_few.err, HasSubstr("video is left out"));
   EXPECT_FALSE(fs::exists(*capture_ / "too-few" / "fly-through.mp4"));
   EXPECT_TRUE(fs::exists(*capture_ / "too-few" / "report.html"));
+  // The same command again takes no time, and says what its scene took.
+  const json again = Done(Run("too-few", {"--minutes", "0.001"}))["minutes"];
+  EXPECT_FALSE(again["met"].get<bool>());
+  EXPECT_NEAR(again["took"].get<double>(), missed["took"].get<double>(), 0.2);
 }
 
 TEST_F(PipelinePriceTest, ASecondRunWithTheSameMinutesHasNothingToDo) {
@@ -104,8 +122,7 @@ TEST_F(PipelinePriceTest, ASecondRunWithTheSameMinutesHasNothingToDo) {
 }
 
 TEST_F(PipelinePriceTest, WhatDoesNotGoTogetherIsRefused) {
-  for (const auto& [more, says] :
-       std::vector<std::pair<std::vector<std::string>, std::string>>{
+  for (const auto& [more, says] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"--minutes", "0"}, "--minutes is above 0"},
            {{"--minutes", "nan"}, "--minutes"},
            {{"--minutes", "3", "--proxy-minutes", "1"}, "give one of --minutes and --proxy-minutes"},
@@ -119,6 +136,19 @@ TEST_F(PipelinePriceTest, WhatDoesNotGoTogetherIsRefused) {
   const ProgramResult result = Run("mine", {"--tradeoff"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_FALSE(fs::exists(*capture_ / "mine" / "tradeoff"));
+  // Nothing is written into the input, and no scene gets scenes inside.
+  for (const fs::path& out : {Workspace() / "out", fs::path(Workspace())}) {
+    EXPECT_EQ(RunProgram({"lumi-pipeline", Workspace().string(), "-o", out.string(), "--tradeoff"}).exit_code, 2);
+    EXPECT_FALSE(fs::exists(out / "tradeoff"));
+  }
+  EXPECT_EQ(
+      RunProgram({"lumi-pipeline", Workspace().string(), "-o", capture_->path().string(), "--tradeoff"}).exit_code, 2);
+  // A refusal of a stage leaves no folder behind.
+  EXPECT_NE(RunProgram({"lumi-pipeline", Workspace().string(), "-o", (*capture_ / "nothing").string(), "--tradeoff",
+                        "--proxy", "hull"})
+                .exit_code,
+            0);
+  EXPECT_FALSE(fs::exists(*capture_ / "nothing" / "tradeoff" / "pipeline.json"));
 }
 
 }  // namespace

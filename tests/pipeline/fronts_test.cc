@@ -21,28 +21,39 @@ std::size_t Times(const std::string& text, const std::string& part) {
 
 TEST(Fronts, OfASceneThatMeasuredNothingThereIsNone) {
   const TemporaryFolder scene;
-  EXPECT_EQ(FrontsSvg(scene.path(), ""), "");
-  EXPECT_EQ(FrontsSvg(scene / "nowhere", ""), "");
+  EXPECT_EQ(FrontsSvg(scene.path(), {}), "");
+  EXPECT_EQ(FrontsSvg(scene / "nowhere", {}), "");
 }
 
 TEST(Fronts, EachStageIsAPanelWithWhatTheSceneWasMadeWith) {
   const TemporaryFolder scene;
   WriteTextAtomically(scene / "fronts" / "dense-cpu-640x480-1.json",
-                      R"({"points":[{"name":"interpolated 8x8, k 2","ms":5,"psnr_holdout_db":20.1},
+                      R"({"proxy":"dense","points":[{"name":"interpolated 8x8, k 2","ms":5,"psnr_holdout_db":20.1},
                                     {"name":"candidates 25x25, k 4","ms":16,"psnr_holdout_db":30.4},
                                     {"name":"worse","ms":20,"psnr_holdout_db":25}]})");
   WriteTextAtomically(scene / "tradeoff" / "colmap.json",
                       R"({"points":[{"name":"as given: 8192 features","seconds":9,"centre_rms_percent":0.02},
                                     {"name":"2048 features","seconds":4,"centre_rms_percent":0.05},
                                     {"name":"failed","seconds":4,"failed":"too few matches"}]})");
-  const std::string svg = FrontsSvg(scene.path(), "candidates 25x25, k 4");
+  const std::string svg = FrontsSvg(scene.path(), {"full", "dense", "candidates 25x25, k 4"});
   for (const char* text : {"Cameras", "Rendering", "dense-cpu-640x480-1", "candidates 25x25, k 4", "as given",
                            "centres off, % of the extent", "held-out PSNR, dB"})
     EXPECT_THAT(svg, HasSubstr(text));
-  EXPECT_EQ(Times(svg, "as this scene has it"), 2U);
+  EXPECT_EQ(Times(svg, ">this scene<"), 1U);
   EXPECT_THAT(svg, Not(HasSubstr(" 460)")));  // one row
-  // Without a film no setting of the renderer is this scene's.
-  EXPECT_EQ(Times(FrontsSvg(scene.path(), ""), "as this scene has it"), 1U);
+  // Without a film, or over another proxy, no setting of the renderer is this scene's.
+  EXPECT_EQ(Times(FrontsSvg(scene.path(), {}), ">this scene<"), 0U);
+  EXPECT_EQ(Times(FrontsSvg(scene.path(), {"full", "mesh", "candidates 25x25, k 4"}), ">this scene<"), 0U);
+}
+
+TEST(Fronts, ASceneOfATradeoffOfTheWholeIsOneOfItsQualities) {
+  const TemporaryFolder out;
+  WriteTextAtomically(
+      out / "tradeoff" / "pipeline.json",
+      R"({"qualities":[{"name":"draft","minutes":1,"psnr_db":20},{"name":"full","minutes":4,"psnr_db":22}]})");
+  fs::create_directories(out / "full");
+  EXPECT_EQ(Times(FrontsSvg(out / "full", {"full", "", ""}), ">this scene<"), 1U);
+  EXPECT_EQ(Times(FrontsSvg(out / "full", {"other", "", ""}), ">this scene<"), 0U);
 }
 
 TEST(Fronts, AnAccuracyThatNoRowHasGivesWayToTheNext) {
@@ -50,7 +61,7 @@ TEST(Fronts, AnAccuracyThatNoRowHasGivesWayToTheNext) {
   WriteTextAtomically(scene / "tradeoff" / "simplify-hull.json",
                       R"({"points":[{"method":"collapse","faces":500,"psnr_mean_db":null,"iou_median":0.97},
                                     {"method":"collapse","faces":50,"psnr_mean_db":null,"iou_median":0.9}]})");
-  EXPECT_THAT(FrontsSvg(scene.path(), ""), HasSubstr("silhouettes covered (IoU)"));
+  EXPECT_THAT(FrontsSvg(scene.path(), {}), HasSubstr("silhouettes (IoU)"));
 }
 
 TEST(Fronts, FilesThatAreNoTablesAreLeftOut) {
@@ -59,15 +70,17 @@ TEST(Fronts, FilesThatAreNoTablesAreLeftOut) {
                            "{\"points\": [{\"seconds\": \"x\", \"psnr_holdout_db\": 1}]}",
                            "{\"points\": [{\"seconds\": 0, \"psnr_holdout_db\": 1}]}"}) {
     WriteTextAtomically(scene / "tradeoff" / "dense.json", text);
-    EXPECT_EQ(FrontsSvg(scene.path(), ""), "") << text;
+    EXPECT_EQ(FrontsSvg(scene.path(), {}), "") << text;
   }
 }
 
 TEST(Fronts, MoreThanTwoAreInRows) {
   const TemporaryFolder scene;
-  const char* one = R"({"points":[{"name":"as given","seconds":1,"psnr_holdout_db":20,"iou_median":1,"centre_rms_percent":1}]})";
-  for (const char* name : {"colmap", "dense", "hull"}) WriteTextAtomically(scene / "tradeoff" / (std::string(name) + ".json"), one);
-  const std::string svg = FrontsSvg(scene.path(), "");
+  const char* one =
+      R"({"points":[{"name":"as given","seconds":1,"psnr_holdout_db":20,"iou_median":1,"centre_rms_percent":1}]})";
+  for (const char* name : {"colmap", "dense", "hull"})
+    WriteTextAtomically(scene / "tradeoff" / (std::string(name) + ".json"), one);
+  const std::string svg = FrontsSvg(scene.path(), {});
   EXPECT_EQ(Times(svg, "translate(0 460)"), 1U);
   EXPECT_THAT(svg, HasSubstr("viewBox='0 0 1280 920'"));
 }

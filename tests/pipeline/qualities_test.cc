@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
+
 namespace lumi {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -20,7 +24,7 @@ TEST(Qualities, PhotosHaveFive) {
 }
 
 TEST(Qualities, WhereCamerasAreGivenOnlyTheProxyDiffers) {
-  EXPECT_THAT(NamesFor({}, true), ElementsAre("draft", "standard", "full", "careful"));
+  EXPECT_THAT(NamesFor({}, true), ElementsAre("draft", "standard", "full"));
   EXPECT_THAT(WithQuality({}, PipelineQualities().back(), true).reconstruct_arguments, IsEmpty());
 }
 
@@ -43,6 +47,46 @@ TEST(Qualities, WhatTheUserSetStays) {
   options.reconstruct_arguments = {"--quality=medium", "--backend", "factorization"};
   EXPECT_THAT(WithQuality(options, PipelineQualities().back(), false).reconstruct_arguments,
               ElementsAre("--quality=medium", "--backend", "factorization"));
+  options.reconstruct_arguments = {"--backend", "colmap"};
+  EXPECT_THAT(WithQuality(options, PipelineQualities().back(), false).reconstruct_arguments,
+              ElementsAre("--backend", "colmap", "--quality", "high", "--mapper", "careful"));
+}
+
+TEST(Qualities, SayWhatOfThemCounts) {
+  const PipelineQuality &draft = PipelineQualities().front(), &quick = PipelineQualities()[1];
+  EXPECT_EQ(InWords(draft, {}, false), "few features in small photos, no depth maps");
+  EXPECT_EQ(InWords(draft, {}, true), "no depth maps");
+  PipelineOptions hull;
+  hull.proxy = "hull";
+  EXPECT_EQ(InWords(draft, hull, false), "few features in small photos");
+  EXPECT_EQ(InWords(quick, hull, false), "as by default");
+}
+
+TEST(Qualities, CamerasAreGivenByTheInputOrByAnOption) {
+  const TemporaryFolder folder;
+  const auto given = [&](const fs::path& input, std::vector<std::string> arguments) {
+    PipelineOptions options;
+    options.input = input;
+    options.reconstruct_arguments = std::move(arguments);
+    return CamerasAreGiven(options);
+  };
+  const fs::path photos = folder / "photos", beside = folder / "beside", scene = folder / "scene";
+  for (const char* file :
+       {"a.jpg", "B.JPEG", "sub/c.png", "raw.NEF", "raw.jpg", ".hidden.jpg", ".thumbnails/d.jpg", "notes.txt"})
+    WriteTextAtomically(photos / file, "x");
+  WriteTextAtomically(beside / "transforms.json", "{}");
+  WriteTextAtomically(scene / "lumigraph.json", "{}");
+  EXPECT_FALSE(given(photos, {}));
+  EXPECT_FALSE(given(photos, {"--poses", "none"}));
+  EXPECT_TRUE(given(photos, {"--poses", "p.txt"}));
+  EXPECT_TRUE(given(photos, {"--poses=p.txt"}));
+  EXPECT_TRUE(given(photos, {"--rig", "grid"}));
+  EXPECT_TRUE(given(beside, {}));
+  EXPECT_TRUE(given(beside / "transforms.json", {}));
+  EXPECT_FALSE(given(beside, {"--poses", "none"}));
+  EXPECT_TRUE(given(scene, {}));
+  EXPECT_EQ(CountPhotos(photos), 4);
+  EXPECT_EQ(CountPhotos(photos / "a.jpg"), 0);
 }
 
 TEST(Qualities, MoreMinutesNeverChooseLess) {

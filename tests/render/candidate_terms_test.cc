@@ -157,7 +157,6 @@ RadianceSettings Settings(Resolution resolution, bool time, bool field_of_view, 
   s.time = time;
   s.time_s = 0.35;
   s.field_of_view = field_of_view;
-  s.fov_feather = 0.05;  // of photos this small: rounding counts over the feather's pixels
   s.visibility = visibility;
   s.prefilter = false;  // levels are chosen a cell here, a pixel there
   return s;
@@ -169,7 +168,9 @@ TEST(CandidateTerms, EveryCombinationWeighsAsPixelsDo) {
     // Of weights: floats against doubles. A facet's depth comes from its triangle's corners, floats themselves, and
     // where visibility ends it is steep in the depth: with and without terms alike. Floats; at an occluder's edge,
     // where v goes from 1/50 to 1 within a texel, a float's pixel shows ten times as much.
-    const auto rounding = [&](bool visibility) { return !fine ? 5e-3 : visibility ? 1e-3 : 1e-4; };
+    // A coordinate's rounding counts over the feather: 1e-4 where a photo fades over a twentieth of its side.
+    const double feather = 0.05 / RadianceSettings().fov_feather;
+    const auto rounding = [&](bool visibility) { return !fine ? 5e-3 : visibility ? 1e-3 : 1e-4 * feather; };
     Terms terms(fine);
     const RenderView view = test::ViewOf(terms.capture(), {0.7, 0.3, -3});
     // A fine mesh is traced both ways.
