@@ -21,7 +21,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 # Programs that are interrupted say so themselves, and end: this script would go on with the next part.
 trap 'exit 130' INT
 
-parts=(captures dense dense-cost effects speed proxies hulls cameras walk calibration factorization periodic stabilize video web flush price methods)
+parts=(captures dense dense-cost effects speed proxies hulls cameras walk calibration factorization periodic unseen stabilize video web flush price methods)
 # What a part says of itself: its line Title, or the programs that it needs.
 title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }

@@ -18,11 +18,11 @@ namespace {
 // (docs/pipeline.md): within a factor of two.
 const std::array<PipelineQuality, 5>& Qualities() {
   static const std::array<PipelineQuality, 5> all{{
-      {"draft", "few features in small photos", {"--quality", "low"}, 0, 0.6, 0.0008},
+      {"draft", "few features in small photos", {"--quality", "low"}, 0, 0.4, 0.0005},
       {"quick", "", {}, 0, 0.8, 0.0011},
       {"standard", "", {}, 4, 0.8, 0.0011},
       {"full", "", {}, 15, 0.8, 0.0011},
-      {"careful", "many features, COLMAP's own bounds", {"--quality", "high", "--mapper", "careful"}, 60, 2.5, 0.004},
+      {"careful", "many features, COLMAP's own bounds", {"--quality", "high", "--mapper", "careful"}, 60, 1.3, 0.004},
   }};
   return all;
 }

@@ -1,9 +1,9 @@
 // What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures
 // at unseen places and phases against the width of the time window and the distance to the nearest photo.
 //
-//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of CAPTURE's
-//   video timeperiodic_bench WORK [DATA]     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with
-//   pendulum/
+//   timeperiodic_bench WORK [DATA]               WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with
+//   pendulum/ timeperiodic_bench unseen EXAMPLE CAPTURE    pictures from places where no photo is timeperiodic_bench
+//   reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of its video
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -258,8 +258,7 @@ void Pictures(const std::string& example, const fs::path& capture) {
       nearest += at.nearest / static_cast<double>(phases.size());
     }
     const Unseen unseen(example, scene, views);
-    std::printf("| %s | %.3f | %.1f | %.2f |", example.c_str(), nearest, 100 * nearest / extent,
-                unseen.Psnr(scene, views, false, {}));
+    std::printf("| %.3f | %.1f | %.2f |", nearest, 100 * nearest / extent, unseen.Psnr(scene, views, false, {}));
     for (const double frames : kWindows) {
       const double window_s = frames * frame_s;
       if (window_s > *scene.period_s)
@@ -371,11 +370,20 @@ void Reconstructed(const std::string& example, const fs::path& capture, const fs
 
 int main(int argc, char** argv) {
   if (argc < 2)
-    return std::fprintf(stderr, "timeperiodic_bench WORK [DATA] | reconstructed EXAMPLE CAPTURE SCENE [PROXY]\n"), 2;
+    return std::fprintf(stderr,
+                        "timeperiodic_bench WORK [DATA] | unseen EXAMPLE CAPTURE | reconstructed EXAMPLE CAPTURE SCENE "
+                        "[PROXY]\n"),
+           2;
   const fs::path work = argv[1];
   try {
     if (argc > 4 && std::string(argv[1]) == "reconstructed")
       return Reconstructed(argv[2], argv[3], argv[4], argc > 5 ? argv[5] : ""), 0;
+    if (argc == 4 && std::string(argv[1]) == "unseen") {
+      std::printf("| nearest camera | %% of extent | without time |");
+      for (const double frames : kWindows) std::printf(" window %g |", frames);
+      std::printf("\n|---|---|---|---|---|---|---|---|\n");
+      return Pictures(argv[2], argv[3]), 0;
+    }
     std::printf("| video | frames | true period | found | error %% | seconds |\n|---|---|---|---|---|---|\n");
     for (const auto& [name, truth] : {std::pair{"lamp", 150.37}, std::pair{"helicopter", 15.37}}) {
       Row(fmt::format("{}, tripod", name), work / name / "fixed.mp4", false, truth);
@@ -383,14 +391,6 @@ int main(int argc, char** argv) {
     }
     if (argc > 2 && fs::exists(fs::path(argv[2]) / "pendulum"))
       Row("pendulum (counted by eye)", fs::path(argv[2]) / "pendulum" / "clock.mpg", false, 22);
-    std::printf(
-        "\n## Time-periodic scenes: unseen views\n\nPSNR (dB) over the pixels where something moves at any time, five "
-        "views "
-        "and phases a row; the nearest photo's camera in world units and as a share of the cameras' extent; windows in "
-        "frames.\n\n| scene | nearest camera | %% of extent | without time |");
-    for (const double frames : kWindows) std::printf(" window %g |", frames);
-    std::printf("\n|---|---|---|---|---|---|---|---|---|\n");
-    for (const char* name : {"lamp", "helicopter"}) Pictures(name, work / name);
   } catch (const Error& e) {
     return std::fprintf(stderr, "timeperiodic_bench: %s\n", e.what()), static_cast<int>(e.code());
   }
