@@ -23,13 +23,13 @@ constexpr double kNone = CostAndQuality::kNone;
 
 struct PricedQuality {
   PipelineQuality quality;
-  std::string in_words;
+  std::string in_words = {};
   double minutes = kNone, camera_minutes = kNone, proxy_minutes = kNone;
-  std::string dominates;  // "proxy (71 %)"
+  std::string dominates = {};  // "proxy (71 %)"
   int placed = 0, photos = 0;
   double choosing_db = kNone;  // the choosing fold's PSNR, by which a quality is recommended
   double psnr_db = kNone, psnr_seen_db = kNone, ssim = kNone;  // the reporting fold's
-  std::string failed;
+  std::string failed = {};
 
   std::string Photos() const { return photos > 0 ? fmt::format("{} of {}", placed, photos) : std::string(); }
 };

@@ -37,13 +37,13 @@ struct FrontTable {
 void ListKeys(JsonKeys& j, FrontTable& t) { j("points", t.points, "qualities", t.qualities, "proxy", t.proxy); }
 
 // Which row a mark stands at.
-enum class Marked { kAsGiven, kFilm, kThisScene, kNone };
+enum class Marked { kAsGiven, kFilm, kThisScene, kNothing };
 
 // A stage's table: which of its columns are drawn. Of several accuracies the first that a row has.
 struct Stage {
   std::string file;  // below the scene, without .json; one that ends in "*": all that begin so
   std::string title;
-  Marked marked = Marked::kNone;
+  Marked marked = Marked::kNothing;
   Value FrontRow::*cost = nullptr;
   std::string cost_label;
   struct Accuracy {
@@ -80,7 +80,7 @@ const std::vector<Stage>& Stages() {
       {"tradeoff/hull", "Visual hull", Marked::kAsGiven, &Row::seconds, "seconds", {iou}},
       {"tradeoff/simplify-*",
        "Fewer faces",
-       Marked::kNone,
+       Marked::kNothing,
        &Row::faces,
        "faces",
        {{&Row::psnr_mean_db, "held-out PSNR, dB"}, iou, {&Row::mean_distance_px, "distance, px", true}}},
@@ -132,7 +132,7 @@ std::optional<Plot> PanelOf(const Stage& stage, const fs::path& file, const Scen
       case Marked::kAsGiven: return name == "as given";
       case Marked::kFilm: return !name.empty() && name == scene.film && table->proxy == scene.proxy;
       case Marked::kThisScene: return name == scene.quality;
-      case Marked::kNone: break;
+      case Marked::kNothing: break;
     }
     return false;
   };
