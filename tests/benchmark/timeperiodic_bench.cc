@@ -89,41 +89,13 @@ class Unseen {
     }
   }
 
-  // Of lumi-render with these options on a scene, from `views` in the scene's own world, over the pixels where
-  // something moves at any time.
-  double Psnr(const Scene& scene, const std::vector<UnseenView>& views, bool time,
-              const std::vector<std::string>& options) const {
-    double square = 0, count = 0;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      json key = Key(views[i], scene.cameras[0]);
-      key["time_s"] = 0;
-      WriteTextAtomically(work_ / "path.json", json{{"format", "lumigraph-path"},
-                                                    {"version", 1},
-                                                    {"fps", 30},
-                                                    {"width", is_[i].width},
-                                                    {"height", is_[i].height},
-                                                    {"keys", {key}}}
-                                                   .dump());
-      fs::remove_all(work_ / "out");
-      std::vector<std::string> arguments{scene.folder.string(), "-o", (work_ / "out").string(), "--path",
-                                         (work_ / "path.json").string()};
-      arguments.insert(arguments.end(), options.begin(), options.end());
-      if (!time)
-        arguments.insert(arguments.end(), {"--time", "off"});
-      else
-        arguments.insert(arguments.end(), {"--phase", fmt::format("{}", views[i].phase)});
-      Run("lumi-render", arguments);
-      Add(i, ReadImage8(fs::directory_iterator(work_ / "out" / "frames")->path()), square, count);
-    }
-    return 10 * std::log10(255 * 255 * count / square);
-  }
-
   struct Turn {
     double psnr_db = 0;  // over the pixels where something moves at any time
     double off_px = 0;   // by how much the rest is shifted, rms of the views: what lens and cameras are off as a whole
   };
 
-  // The same where view i of n is at phase i / n: one path whose frames are the views.
+  // Of lumi-render with these options on a scene, from `views` in the scene's own world, view i of n at phase i / n:
+  // one path whose frames are the views.
   Turn OfTurn(const Scene& scene, const std::vector<UnseenView>& views, bool time,
               const std::vector<std::string>& options) const {
     const double step_s = *scene.period_s / static_cast<double>(views.size());
@@ -247,24 +219,25 @@ double Extent(const Scene& scene) {
 void Pictures(const std::string& example, const fs::path& capture) {
   const Scene scene = OpenScene(capture, {}, SilentProgress());
   const double frame_s = *scene.views[1].time_s - *scene.views[0].time_s, extent = Extent(scene);
-  const std::vector<double> phases{0.03, 0.21, 0.47, 0.72, 0.93};
+  constexpr std::size_t kViews = 5;
   for (const double away : {0.005, 0.05, 0.1, 0.2, 0.4}) {
     std::vector<UnseenView> views;
     double nearest = 0;
-    for (std::size_t i = 0; i < phases.size(); ++i) {
-      const Standpoint at =
-          Away(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * phases.size())], away * extent);
-      views.push_back({at.cam_from_world, phases[i]});
-      nearest += at.nearest / static_cast<double>(phases.size());
+    for (std::size_t i = 0; i < kViews; ++i) {
+      const Standpoint at = Away(scene, scene.views[(2 * i + 1) * scene.views.size() / (2 * kViews)], away * extent);
+      views.push_back({at.cam_from_world, static_cast<double>(i) / kViews});
+      nearest += at.nearest / kViews;
     }
     const Unseen unseen(example, scene, views);
-    std::printf("| %.3f | %.1f | %.2f |", nearest, 100 * nearest / extent, unseen.Psnr(scene, views, false, {}));
+    std::printf("| %.3f | %.1f | %.2f |", nearest, 100 * nearest / extent,
+                unseen.OfTurn(scene, views, false, {}).psnr_db);
     for (const double frames : kWindows) {
       const double window_s = frames * frame_s;
       if (window_s > *scene.period_s)
         std::printf(" |");
       else
-        std::printf(" %.2f |", unseen.Psnr(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}));
+        std::printf(" %.2f |",
+                    unseen.OfTurn(scene, views, true, {"--time-window-s", fmt::format("{}", window_s)}).psnr_db);
     }
     std::printf("\n");
     std::fflush(stdout);
