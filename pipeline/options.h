@@ -21,10 +21,10 @@ struct PipelineOptions {
   bool rescale_cameras = false;         // a workspace's cameras are scaled to its photos instead of being refused
   std::string proxy = "auto";           // lumi-proxy's kind: auto, plane, planes, box, delaunay, dense, moving, hull
   std::optional<double> proxy_minutes;  // of auto's depth maps (proxy/commands.h)
-  std::optional<double>
-      depth_seconds_a_photo;  // the same by the number of photos with a camera; proxy_minutes goes first
-  std::optional<double>
-      minutes;  // what the whole run may take: it chooses its quality, and leaves out extras at the end
+  // The same by the number of photos with a camera; proxy_minutes goes first.
+  std::optional<double> depth_seconds_a_photo;
+  // What the whole run may take: it chooses its quality, and leaves film and page out where no time is left.
+  std::optional<double> minutes;
   // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder
   // of photos) of the background. None: those that the scene has.
   std::string silhouette_rule;

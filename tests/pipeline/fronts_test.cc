@@ -5,6 +5,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
+#include "tests/support/occurrences.h"
 
 namespace lumi {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
-
-std::size_t Times(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++n;
-  return n;
-}
 
 TEST(Fronts, OfASceneThatMeasuredNothingThereIsNone) {
   const TemporaryFolder scene;
@@ -39,11 +34,11 @@ TEST(Fronts, EachStageIsAPanelWithWhatTheSceneWasMadeWith) {
   for (const char* text : {"Cameras", "Rendering", "dense-cpu-640x480-1", "candidates 25x25, k 4", "as given",
                            "centres off, % of the extent", "held-out PSNR, dB"})
     EXPECT_THAT(svg, HasSubstr(text));
-  EXPECT_EQ(Times(svg, ">this scene<"), 1U);
+  EXPECT_EQ(Occurrences(svg, ">this scene<"), 1U);
   EXPECT_THAT(svg, Not(HasSubstr(" 460)")));  // one row
   // Without a film, or over another proxy, no setting of the renderer is this scene's.
-  EXPECT_EQ(Times(FrontsSvg(scene.path(), {}), ">this scene<"), 0U);
-  EXPECT_EQ(Times(FrontsSvg(scene.path(), {"full", "mesh", "candidates 25x25, k 4"}), ">this scene<"), 0U);
+  EXPECT_EQ(Occurrences(FrontsSvg(scene.path(), {}), ">this scene<"), 0U);
+  EXPECT_EQ(Occurrences(FrontsSvg(scene.path(), {"full", "mesh", "candidates 25x25, k 4"}), ">this scene<"), 0U);
 }
 
 TEST(Fronts, ASceneOfATradeoffOfTheWholeIsOneOfItsQualities) {
@@ -52,8 +47,8 @@ TEST(Fronts, ASceneOfATradeoffOfTheWholeIsOneOfItsQualities) {
       out / "tradeoff" / "pipeline.json",
       R"({"qualities":[{"name":"draft","minutes":1,"psnr_db":20},{"name":"full","minutes":4,"psnr_db":22}]})");
   fs::create_directories(out / "full");
-  EXPECT_EQ(Times(FrontsSvg(out / "full", {"full", "", ""}), ">this scene<"), 1U);
-  EXPECT_EQ(Times(FrontsSvg(out / "full", {"other", "", ""}), ">this scene<"), 0U);
+  EXPECT_EQ(Occurrences(FrontsSvg(out / "full", {"full", "", ""}), ">this scene<"), 1U);
+  EXPECT_EQ(Occurrences(FrontsSvg(out / "full", {"other", "", ""}), ">this scene<"), 0U);
 }
 
 TEST(Fronts, AnAccuracyThatNoRowHasGivesWayToTheNext) {
@@ -81,7 +76,7 @@ TEST(Fronts, MoreThanTwoAreInRows) {
   for (const char* name : {"colmap", "dense", "hull"})
     WriteTextAtomically(scene / "tradeoff" / (std::string(name) + ".json"), one);
   const std::string svg = FrontsSvg(scene.path(), {});
-  EXPECT_EQ(Times(svg, "translate(0 460)"), 1U);
+  EXPECT_EQ(Occurrences(svg, "translate(0 460)"), 1U);
   EXPECT_THAT(svg, HasSubstr("viewBox='0 0 1280 920'"));
 }
 

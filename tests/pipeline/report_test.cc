@@ -11,6 +11,7 @@
 #include "pipeline/report/html.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
+#include "tests/support/occurrences.h"
 #include "tests/support/small_scene.h"
 
 namespace lumi {
@@ -19,12 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
-
-std::size_t Count(const std::string& text, const std::string& part) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++n;
-  return n;
-}
 
 // Reused after 0.1 s; the run that did its work took `computed_seconds`.
 StageResult WorkedStage(const std::string& name, double computed_seconds, const std::string& json) {
@@ -69,8 +64,8 @@ TEST(Report, IsOnePageThatNeedsNothingElse) {
   EXPECT_THAT(html, Not(HasSubstr("<script")));
   EXPECT_THAT(html, Not(HasSubstr("<link")));
   EXPECT_THAT(html, Not(HasSubstr("url(")));
-  EXPECT_EQ(Count(html, "<img "), 6U);  // two rows of photo, render, difference
-  EXPECT_EQ(Count(html, "src=\"data:image/jpeg;base64,/9j/"), 6U);
+  EXPECT_EQ(Occurrences(html, "<img "), 6U);  // two rows of photo, render, difference
+  EXPECT_EQ(Occurrences(html, "src=\"data:image/jpeg;base64,/9j/"), 6U);
 }
 
 TEST(Report, SaysHowTheFlyThroughWasRenderedAndWhatAFrameTook) {
@@ -141,14 +136,14 @@ TEST(Report, JsonHoldsTheStagesAndTheirSummaries) {
 TEST(Report, AnUnreadableRenderLeavesItsRowOut) {
   const Fixture f;
   WriteTextAtomically(f.scene / "holdout/photo10_render.jpg", "no picture");
-  EXPECT_EQ(Count(ReadText(WriteReport(f.input, SilentProgress()).html), "<img "), 3U);
+  EXPECT_EQ(Occurrences(ReadText(WriteReport(f.input, SilentProgress()).html), "<img "), 3U);
 }
 
 TEST(Report, WithoutEvaluationShowsThePhotos) {
   Fixture f;
   f.input.stages.pop_back();
   const std::string html = ReadText(WriteReport(f.input, SilentProgress()).html);
-  EXPECT_EQ(Count(html, "<img "), 5U);
+  EXPECT_EQ(Occurrences(html, "<img "), 5U);
   EXPECT_THAT(html, Not(HasSubstr("PSNR")));
 }
 
@@ -172,7 +167,7 @@ TEST(Report, OfAPeriodicSceneShowsItsSampling) {
   EXPECT_THAT(html, HasSubstr("and 3 more gaps"));
   EXPECT_THAT(html, HasSubstr("5 of 6"));  // the cameras' card
   // The plot's style stays its own, and nothing is fetched.
-  EXPECT_EQ(Count(html, "data:image/svg+xml;base64,"), 1U);
+  EXPECT_EQ(Occurrences(html, "data:image/svg+xml;base64,"), 1U);
   EXPECT_THAT(html, Not(HasSubstr(".soft{}")));
   EXPECT_THAT(html, Not(HasSubstr("http:")));
 }
@@ -181,8 +176,8 @@ TEST(CamerasFromAbove, WedgesPointToWhatTheCamerasSee) {
   const TemporaryFolder folder;
   Scene scene = MakeSmallScene(folder / "images", 5);
   const std::string svg = CamerasFromAboveSvg(scene, {"photo12.png"});
-  EXPECT_EQ(Count(svg, "<g class=\"camera\">"), 4U);
-  EXPECT_EQ(Count(svg, "<g class=\"held-out\">"), 1U);
+  EXPECT_EQ(Occurrences(svg, "<g class=\"camera\">"), 4U);
+  EXPECT_EQ(Occurrences(svg, "<g class=\"held-out\">"), 1U);
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   // Every wedge opens upwards in the drawing: forward is where the cameras look, y grows downwards.
   const std::regex polygon(R"re(points="([-\d.]+),([-\d.]+) ([-\d.]+),([-\d.]+) ([-\d.]+),([-\d.]+)")re");
@@ -203,7 +198,7 @@ TEST(CamerasFromAbove, HasNoNanWhereAllCamerasAreAtOnePlaceOrLookDown) {
   scene.points.clear();
   scene.up = {0, -1, 0};
   const std::string svg = CamerasFromAboveSvg(scene, {});
-  EXPECT_EQ(Count(svg, "<polygon"), 3U);
+  EXPECT_EQ(Occurrences(svg, "<polygon"), 3U);
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
 }
