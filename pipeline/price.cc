@@ -89,8 +89,8 @@ TradeoffTable TableOf(const std::vector<PricedQuality>& rows) {
        {{"psnr_db", kMoreIsBetter, "PSNR dB", 9, "{:.2f}"}, &Row::psnr_db},
        {{"psnr_seen_db", kMoreIsBetter, "seen dB", 9, "{:.2f}"}, &Row::psnr_seen_db},
        {{"ssim", kMoreIsBetter, "SSIM", 7, "{:.3f}"}, &Row::ssim},
-       {{"what", kRemark, "", 1, "{}", "-"}, &Row::in_words},
-       {{"failed", kFailed, "", 1}, &Row::failed}},
+       {{"what", kRemark, "", 0, "{}", "-"}, &Row::in_words},
+       {{"failed", kFailed}, &Row::failed}},
       rows);
   table.rows_key = "qualities";
   table.starred = "front";

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "tests/support/occurrences.h"
 #include "tests/support/simulated_capture.h"
 
 namespace lumi {
@@ -74,6 +75,12 @@ TEST_F(PipelinePriceTest, EveryQualityIsARowWithItsMinutesAndItsError) {
     EXPECT_NEAR(again["qualities"][i]["proxy_minutes"].get<double>(),
                 price["qualities"][i]["proxy_minutes"].get<double>(), 1e-9);
   }
+  // For people each quality's line says once what it is.
+  const ProgramResult text =
+      RunProgram({"lumi-pipeline", Workspace().string(), "-o", (*capture_ / "price").string(), "--holdout", "4",
+                  "--width", "64", "--seconds", "0.2", "--tradeoff", "--no-web", "--no-video"});
+  EXPECT_EQ(Occurrences(text.out, "no depth maps"), 1U) << text.out;
+  EXPECT_EQ(Occurrences(text.out, "recommended: " + best), 1U) << text.out;
   // Within minutes that the first takes longer than, no other is tried.
   const json short_of_time = Done(Run("price", {"--tradeoff", "--no-web", "--no-video", "--minutes", "0.0001"}));
   EXPECT_EQ(short_of_time["qualities"].size(), 1U);
