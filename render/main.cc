@@ -99,9 +99,22 @@ void AddRendering(Options app, Line& line) {
           "Frames a second of that path; with --path of matrices: of its film, each picture the frame nearest in time, "
           "in place of the frames' own times")
       .Default();
+  app.Call(
+      "--frames", [&o](const std::string& text) { o.frames = FrameRangeFrom(text); },
+      "A-B: only these frames of the path, from 0");
+  app.Call(
+      "--shard", [&o](const std::string& text) { o.shard = ShardFrom(text); },
+      "i/n: only part i of n of the path's frames. Parts may be made at the same time, on several machines, into one "
+      "folder; a run without --shard joins them");
   app.Flag("--video", o.video, "Also write the path as path.mp4 (H.264)");
   app.Add("--format", o.format, "Of the pictures").OneOf({"png", "jpg", "exr"}).Default();
   app.Add("--backend", o.backend, "Where frames are blended").OneOf({"cpu", "gl"}).Default();
+  o.memory_mb = 0;
+  app.Add("--memory-mb", o.memory_mb,
+          "Memory of the whole program, about: photos that do not fit are read as pictures need them (CPU; over one "
+          "mesh). 0: six tenths of what is free")
+      .Range(0, 1 << 24)
+      .Default();
   app.Add("--budget-ms", o.budget_ms,
           "Choose settings for this time a frame, > 0: from the scene's measured front, else by a probe; options given "
           "stay");

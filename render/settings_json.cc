@@ -23,7 +23,16 @@ void ListKeys(JsonKeys& j, RadianceSettings& settings) {
 }
 
 JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend) {
-  JsonKeys j(settings);
+  // What differs by place is no number: given back, it is measured again.
+  RadianceSettings said = settings;
+  if (said.by_place) {
+    const RadianceSettings usual;
+    said.correlation = Correlation::kMeasured;
+    said.r_min_rad = usual.r_min_rad;
+    said.r_max_rad = usual.r_max_rad;
+    said.noise = usual.noise;
+  }
+  JsonKeys j(said);
   if (own_times) j.Remove("time-s");
   return j.Say("backend", backend);
 }

@@ -18,16 +18,18 @@ using Value = std::optional<double>;
 
 // What the tables of all stages have of these; a table has some.
 struct FrontRow {
-  std::string name, method;
+  std::string name, method, dial, value;
   Value minutes, seconds, faces, ms;
   Value choosing_db, psnr_db, psnr_holdout_db, psnr_mean_db, psnr_optimum_db, iou_median;
   Value centre_rms_percent, mean_reprojection_error_px, error_percent, mean_distance_px;
+  Value ms_per_frame, jitter_px;
 };
 void ListKeys(JsonKeys& j, FrontRow& r) {
   j("name", r.name, "method", r.method, "minutes", r.minutes, "seconds", r.seconds, "faces", r.faces, "ms", r.ms);
   j("choosing_db", r.choosing_db, "psnr_db", r.psnr_db, "psnr_holdout_db", r.psnr_holdout_db, "psnr_mean_db",
     r.psnr_mean_db);
   j("psnr_optimum_db", r.psnr_optimum_db, "iou_median", r.iou_median, "centre_rms_percent", r.centre_rms_percent);
+  j("dial", r.dial, "value", r.value, "ms_per_frame", r.ms_per_frame, "jitter_px", r.jitter_px);
   j("mean_reprojection_error_px", r.mean_reprojection_error_px, "error_percent", r.error_percent);
   j("mean_distance_px", r.mean_distance_px);
 }
@@ -69,6 +71,13 @@ const std::vector<Stage>& Stages() {
        &Row::minutes,
        "minutes",
        {{&Row::choosing_db, "PSNR of the choosing fold, dB"}, {&Row::psnr_db, "held-out PSNR, dB"}}},
+      // Of the film that the scene is a window of.
+      {"../../tradeoff",
+       "Stabilising",
+       Marked::kAsGiven,
+       &Row::ms_per_frame,
+       "ms a frame",
+       {{&Row::jitter_px, "jitter above 1 Hz, px", true}}},
       {"tradeoff/colmap", "Cameras", Marked::kAsGiven, &Row::seconds, "seconds", cameras},
       {"tradeoff/factorization", "Cameras by factorisation", Marked::kAsGiven, &Row::seconds, "seconds", cameras},
       {"tradeoff/period",
@@ -121,6 +130,7 @@ std::optional<FrontTable> Read(const fs::path& file) {
 
 // The name up to a colon: "as given: 8192 features, ..." is "as given".
 std::string NameOf(const FrontRow& row) {
+  if (!row.dial.empty()) return row.value.empty() ? "as given" : row.dial + " " + row.value;
   const std::string& name = row.name.empty() ? row.method : row.name;
   return name.substr(0, name.find(':'));
 }

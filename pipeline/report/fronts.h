@@ -1,5 +1,5 @@
 // What accuracy costs at each stage of a scene, as one picture: the tables that its stages' --tradeoff left in
-// SCENE/tradeoff, and the renderer's fronts in SCENE/fronts.
+// SCENE/tradeoff, the renderer's fronts in SCENE/fronts, and the film's whose window the scene is.
 #pragma once
 
 #include <filesystem>

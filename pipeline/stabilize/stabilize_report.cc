@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/report/fronts.h"
 #include "pipeline/report/html.h"
 #include "pipeline/stabilize/score_rows.h"
 #include "scene/files/atomic_file.h"
@@ -55,6 +56,9 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
   if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && s.tradeoff)
     body += HtmlSection("What the dials cost and give",
                         "<pre>" + EscapeHtml(TextOf(*s.tradeoff)) + "</pre>" + ReadText(folder / "tradeoff.svg"));
+  // Of the first window, whose scene the dials were turned on.
+  if (const std::string svg = FrontsSvg(folder / "window-000" / "scene", {}); !svg.empty())
+    body += HtmlSection("What accuracy costs, stage by stage", svg);
   std::string tracks;
   for (std::size_t i = 0; i < s.windows.size() && i < 6; ++i) {
     const fs::path svg = folder / fmt::format("window-{:03d}", i) / "tracks.svg";

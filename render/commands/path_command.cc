@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <sstream>
 
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
@@ -21,6 +22,7 @@
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
+#include "scene/program/registers.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -122,6 +124,9 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   std::string text =
       fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n",
                   JsonKeys(l.settings()).Text(), l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
+  // Registers of another width round the last digits otherwise: frames of both do not join.
+  text += o.backend == "gl" ? fmt::format("device {}\n", job.renderer->Device())
+                            : fmt::format("registers of {} bits\n", 8 * WidestRegister());
   text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
                       o.nominal_focal_px);
   text += fmt::format("scene {} manifest {} proxy {}\n",
@@ -152,12 +157,39 @@ void RemoveDamaged(const std::filesystem::path& folder) {
   }
 }
 
-// Frames that an earlier run with the same scene, path and settings finished are kept.
-void KeepOrClear(const std::filesystem::path& output, const std::string& wanted) {
+// The first line in which two texts differ.
+std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b) {
+  std::istringstream lines_a(a), lines_b(b);
+  for (std::string line_a, line_b;;) {
+    const bool more_a(std::getline(lines_a, line_a)), more_b(std::getline(lines_b, line_b));
+    if (!more_a) line_a.clear();
+    if (!more_b) line_b.clear();
+    if (line_a != line_b || (!more_a && !more_b)) return {line_a, line_b};
+  }
+}
+
+// Frames that an earlier run with the same scene, path and settings finished are kept. part: others are not cleared
+// away, which another machine may be writing, but refused.
+void KeepOrClear(const std::filesystem::path& output, const std::string& wanted, bool part) {
   const std::filesystem::path folder = output / "frames", stamp = folder / "frames.txt";
-  if (std::filesystem::exists(stamp) && ReadText(stamp) == wanted) {
-    if (RestartedSince(folder)) RemoveDamaged(folder);
+  if (std::filesystem::exists(stamp)) {
+    const std::string there = ReadText(stamp);
+    if (there == wanted) {
+      if (RestartedSince(folder)) RemoveDamaged(folder);
+      NoteRunOfMachine(folder);
+      return;
+    }
+    if (part) {
+      const auto [one, other] = FirstDifference(there, wanted);
+      constexpr std::size_t kSaid = 100;
+      throw UsageError(fmt::format("{} holds frames that do not join with these: there '{}', here '{}'",
+                                   folder.string(), one.substr(0, kSaid), other.substr(0, kSaid)),
+                       "give all parts the same scene, path, settings and kind of machine, or another -o");
+    }
+  } else if (part) {
+    std::filesystem::create_directories(folder);
     NoteRunOfMachine(folder);
+    WriteTextAtomically(stamp, wanted);
     return;
   }
   std::error_code ec;
@@ -170,6 +202,19 @@ void KeepOrClear(const std::filesystem::path& output, const std::string& wanted)
 
 }  // namespace
 
+// Of so many frames those that were asked for: [first, second).
+static std::pair<std::size_t, std::size_t> PartOf(const RenderOptions& o, std::size_t frames) {
+  if (o.frames) {
+    if (o.frames->last >= frames)
+      throw UsageError(fmt::format("the path has frames 0 to {}, and --frames asks for {} to {}", frames - 1,
+                                   o.frames->first, o.frames->last));
+    return {o.frames->first, o.frames->last + 1};
+  }
+  if (!o.shard) return {0, frames};
+  const auto i = static_cast<std::size_t>(o.shard->index), n = static_cast<std::size_t>(o.shard->count);
+  return {i * frames / n, (i + 1) * frames / n};
+}
+
 DesiredViews FramesWanted(const RenderJob& job) {
   return {job.matrices ? FramesOf(job, *job.matrices) : FramesOf(job, RequestedPath(job)), {}};
 }
@@ -178,7 +223,8 @@ void RenderPath(RenderJob& job) {
   const RenderOptions& o = job.options;
   const std::vector<RenderView>& views = job.wanted.views;
   const double fps = FramesPerSecond(job);
-  if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps));
+  const auto [begin, end] = PartOf(o, views.size());
+  if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps), o.part_of_path());
   std::optional<PathFilm> video;
   const std::filesystem::path video_file = o.to_video() ? o.output : o.output / kFilm;
   std::optional<FolderInUse> in_use;
@@ -190,12 +236,12 @@ void RenderPath(RenderJob& job) {
   PathFigures& figures = job.summary.path.emplace();
   figures.size_px = views.front().size_px;
   figures.widened = o.border.fill && !job.lumigraph.one_mesh();
-  Progress progress(job.sink, "rendering frames", static_cast<long>(views.size()));
+  Progress progress(job.sink, "rendering frames", static_cast<long>(end - begin));
   std::vector<double> times;
   double seen = 0, window = 0, wider = 0;
   // A picture is coded while the next one is drawn.
   std::future<void> coded;
-  for (std::size_t i = 0; i < views.size(); ++i) {
+  for (std::size_t i = begin; i < end; ++i) {
     const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
@@ -229,12 +275,13 @@ void RenderPath(RenderJob& job) {
     video->Finish();
     figures.video = video_file.generic_string();
   }
-  job.summary.frames = static_cast<long>(views.size());
+  job.summary.frames = static_cast<long>(end - begin);
   if (times.empty()) return;
   const auto n = static_cast<double>(times.size());
   job.summary.coverage = seen / n;
   figures.coverage_window = window / n;
   figures.coverage_wider = wider / n;
+  figures.ms_slowest = *std::ranges::max_element(times);
   job.summary.ms_per_frame = Median(times);
 }
 

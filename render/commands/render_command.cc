@@ -193,6 +193,15 @@ void Summarise(RenderJob& job) {
   s.own_times = lumigraph.own_times();
   s.backend = job.options.backend;
   s.effects = lumigraph.effects();
+  if (const PhotoCache* cache = lumigraph.cache()) {
+    const PhotoCache::Counts& c = cache->counts();
+    s.photos_in_memory = {c.read, c.most_halved, static_cast<double>(c.most) / (1 << 20)};
+    if (c.most_halved > 0)
+      job.sink.Message(
+          fmt::format("a picture's photos did not fit into memory together: they were halved {} time{}; "
+                      "more --memory-mb keeps them sharp",
+                      c.most_halved, c.most_halved == 1 ? "" : "s"));
+  }
   JudgeBudget(job);
   if (2 * s.optimum.small_sums > s.optimum.samples)
     job.sink.Message(

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "render/comparators/comparators.h"
 #include "render/holdout/holdout.h"
+#include "render/radiance/setting_options.h"
 #include "render/tradeoff/sweep.h"
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
@@ -36,6 +39,10 @@ void RequireFidelityAlone(const RenderOptions& o) {
         "--fidelity-db is held against the identity at every pixel: --similarity full does not go with it");
 }
 
+constexpr std::array kOwnWeightsOptions =
+    std::to_array<std::string_view>({"k", "correlation", "sampling", "epipoles", "sum", "combine", "cutoff-deg",
+                                     "accuracy", "r-min-deg", "r-max-deg", "noise", "alpha", "resolution"});
+
 // A published method: weights at every pixel on the CPU, and nothing that is measured in this renderer's own terms.
 void RequirePublished(const RenderOptions& o) {
   if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
@@ -47,6 +54,28 @@ void RequirePublished(const RenderOptions& o) {
   if (o.budget_ms) refuse("--budget-ms");
   if (o.fidelity_db) refuse("--fidelity-db");
   if (MeasureFromName(o.show) || o.show == "tessellation") refuse("--show " + o.show);
+  // What only this renderer's own weights read. A file of settings names all, at what they are by default.
+  const RadianceSettings usual;
+  for (const SettingOption& option : SettingOptions())
+    if (std::ranges::find(kOwnWeightsOptions, option.name) != kOwnWeightsOptions.end() && o.decided.Has(option.name) &&
+        option.get(o.settings) != option.get(usual))
+      refuse("--" + option.name);
+}
+
+// A part of a path's frames.
+void RequirePart(const RenderOptions& o) {
+  if (!o.part_of_path()) return;
+  if (o.frames && o.shard) throw UsageError("--frames and --shard do not go together: both say which frames");
+  const char* option = o.frames ? "--frames" : "--shard";
+  if (!o.along_path()) throw UsageError(fmt::format("{} is of a path, not of --view or --holdout", option));
+  if (o.to_video() || o.video)
+    throw UsageError(fmt::format("{} writes some of a path's frames, and a film has all", option),
+                     "write the film by a run without it: it takes the frames that are there");
+  if (o.budget_ms || o.fidelity_db)
+    throw UsageError(fmt::format("{} chooses settings on each machine anew, and parts of one path have the same: {} "
+                                 "does not go with it",
+                                 o.budget_ms ? "--budget-ms" : "--fidelity-db", option),
+                     "give the settings that it chose: --settings FILE");
 }
 
 void RequireTogether(const RenderOptions& o) {
@@ -56,6 +85,7 @@ void RequireTogether(const RenderOptions& o) {
   if (o.budget_ms && !(*o.budget_ms > 0 && std::isfinite(*o.budget_ms)))
     throw UsageError("--budget-ms must be above 0");
   RequireFidelityAlone(o);
+  RequirePart(o);
   if (o.holdout != 0 && o.holdout != kHoldoutEach && o.holdout != kHoldoutAuto && o.holdout < 2)
     throw UsageError("--holdout takes 2 or more, each, or auto");
   if (o.holdout != 0 && !o.view.empty()) throw UsageError("--holdout and --view do not go together");
@@ -106,6 +136,35 @@ void RequireNothingIgnored(const RenderOptions& o) {
 }
 
 }  // namespace
+
+namespace {
+
+// All of `text` as a number of at most nine digits.
+std::optional<int> WholeNumber(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || text.size() > 9 || error != std::errc() || end != text.data() + text.size() || value < 0)
+    return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+FrameRange FrameRangeFrom(const std::string& text) {
+  const std::size_t dash = text.find('-');
+  const auto first = WholeNumber(std::string_view(text).substr(0, dash));
+  const auto last = dash == std::string::npos ? first : WholeNumber(std::string_view(text).substr(dash + 1));
+  if (!first || !last || *first > *last) throw UsageError("--frames takes A-B, frames from 0, as 0-99; not " + text);
+  return {static_cast<std::size_t>(*first), static_cast<std::size_t>(*last)};
+}
+
+ShardOf ShardFrom(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto index = WholeNumber(std::string_view(text).substr(0, slash));
+  const auto count = slash == std::string::npos ? std::nullopt : WholeNumber(std::string_view(text).substr(slash + 1));
+  if (!index || !count || *index >= *count) throw UsageError("--shard takes i/n, from 0/n to n-1/n; not " + text);
+  return {*index, *count};
+}
 
 int HoldoutFrom(const std::string& text) {
   if (text == "each") return kHoldoutEach;

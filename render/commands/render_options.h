@@ -10,6 +10,19 @@
 
 namespace lumi {
 
+// Frames first to last of a path.
+struct FrameRange {
+  std::size_t first = 0, last = 0;
+};
+// "A-B" or "A". Throws UsageError.
+FrameRange FrameRangeFrom(const std::string& text);
+// Part `index` of `count` alike ones, one after the other.
+struct ShardOf {
+  int index = 0, count = 1;
+};
+// "i/n", i from 0. Throws UsageError.
+ShardOf ShardFrom(const std::string& text);
+
 struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ... of the line, too
   std::string proxy;                       // name, per-view, or empty: the active one
   std::filesystem::path output;            // a folder, or a file ending in .mp4 for a path
@@ -22,16 +35,20 @@ struct RenderOptions : LumigraphOptions {  // `decided` has --format, --fold ...
   int width_px = 0, height_px = 0;  // 0: the photo's (view, holdout), or 1024 wide (path)
   double seconds = 12;              // of the path through the photos
   double fps = 30;
-  std::string backend = "cpu";      // cpu, gl
-  std::string show = "color";       // one of ShowNames(); difference goes with `view`
-  std::string of;                   // the photo that a measure is shown of; empty: the one that weighs most
-  std::string format = "png";       // png, jpg, exr
-  bool video = false;               // a path's frames also as OUT/path.mp4
+  std::string backend = "cpu";  // cpu, gl
+  std::string show = "color";   // one of ShowNames(); difference goes with `view`
+  std::string of;               // the photo that a measure is shown of; empty: the one that weighs most
+  std::string format = "png";   // png, jpg, exr
+  bool video = false;           // a path's frames also as OUT/path.mp4
+  // Of a path: these frames alone. Parts of one path, made anywhere into one folder, are joined by a run without them.
+  std::optional<FrameRange> frames;
+  std::optional<ShardOf> shard;
   std::optional<double> budget_ms;  // a frame; settings that nobody decided then follow the scene's front or a probe
   // Of a path: sparse samples whose frames are so near to a weight at every pixel.
   std::optional<double> fidelity_db;
 
   bool to_video() const { return output.extension() == ".mp4"; }
+  bool part_of_path() const { return frames || shard; }
   bool along_path() const { return holdout == 0 && view.empty(); }
 };
 

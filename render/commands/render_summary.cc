@@ -68,16 +68,23 @@ void ListKeys(JsonKeys& j, OptimumCounts& o) {
 void ListKeys(JsonKeys& j, CorrelationBin& b) {
   j.Say("angle_deg", b.angle_rad / kRadPerDeg)("correlation", b.correlation, "pairs", b.pairs);
 }
+void ListKeys(JsonKeys& j, CorrelationKind& k) {
+  j.Say("r_min_deg", k.leaves.r_min_rad / kRadPerDeg).Say("r_max_deg", k.leaves.r_max_rad / kRadPerDeg);
+  j("noise", k.leaves.noise, "share", k.share, "bins", k.bins);
+}
 void ListKeys(JsonKeys& j, MeasuredCorrelation& c) {
   j.Say("r_min_deg", c.r_min_rad / kRadPerDeg).Say("r_max_deg", c.r_max_rad / kRadPerDeg);
-  j("noise", c.noise, "rms", c.rms, "points", c.points, "bins", c.bins);
+  j("noise", c.noise, "rms", c.rms, "points", c.points, "bins", c.bins).IfAny("kinds", c.kinds);
 }
+
+void ListKeys(JsonKeys& j, PhotosInMemory& p) { j("read", p.read, "most_halved", p.most_halved, "most_mb", p.most_mb); }
 
 void ListKeys(JsonKeys& j, RenderSummary& s) {
   j("frames", s.frames, "ms_per_frame", s.ms_per_frame, "coverage", s.coverage);
   if (s.path) {
     PathFigures& p = *s.path;
     j("frames_reused", p.reused, "width", p.size_px.x(), "height", p.size_px.y());
+    if (p.ms_slowest > 0) j("ms_slowest", p.ms_slowest);
     if (p.widened) j("coverage_window", p.coverage_window, "coverage_wider", p.coverage_wider);
     j.IfAny("video", p.video);
   }
@@ -101,7 +108,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.window_frames >= 0) j("window_frames", s.window_frames);
   j("device", s.device).Say("settings", KeysOf(s.settings, s.own_times, s.backend));
   j.IfAny("budget", s.budget).IfAny("fidelity", s.fidelity).IfAny("scale", s.scale)("effects", s.effects);
-  j.IfAny("correlation", s.correlation);
+  j.IfAny("correlation", s.correlation).IfAny("photos_in_memory", s.photos_in_memory);
   if (s.samples > 0) j("samples", s.samples);
   if (s.optimum.samples > 0) j("optimum", s.optimum);
 }

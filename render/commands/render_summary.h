@@ -15,9 +15,17 @@ namespace lumi {
 struct PathFigures {
   long reused = 0;  // frames that were there already
   Eigen::Vector2i size_px = {0, 0};
-  bool widened = false;  // --border fill, proxies of each view's own: what photos saw, shares of the pixels
+  double ms_slowest = 0;  // of the frames rendered
+  bool widened = false;   // --border fill, proxies of each view's own: what photos saw, shares of the pixels
   std::optional<double> coverage_window, coverage_wider;
   std::string video;  // empty: none
+};
+
+// Where not all photos were held.
+struct PhotosInMemory {
+  long read = 0;        // how often one was, from its file
+  int most_halved = 0;  // how often a picture's photos were halved to fit, at most
+  double most_mb = 0;   // of photos, at once
 };
 
 struct ViewFigures {
@@ -70,8 +78,9 @@ struct RenderSummary {
   std::optional<MeasureScale> scale;
   std::vector<Effect> effects;
   std::optional<MeasuredCorrelation> correlation;  // of --correlation measured
-  long samples = 0;       // of all frames rendered: rays at which weights were computed ...
-  OptimumCounts optimum;  // ... and what the optimum says of them
+  std::optional<PhotosInMemory> photos_in_memory;  // none: all were
+  long samples = 0;                                // of all frames rendered: rays at which weights were computed ...
+  OptimumCounts optimum;                           // ... and what the optimum says of them
 };
 
 void ListKeys(JsonKeys& j, RenderSummary& summary);

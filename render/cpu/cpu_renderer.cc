@@ -14,11 +14,19 @@
 #include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
 #include "render/world/visibility_maps.h"
+#include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
+
+void WorldRenderer::BringBy(std::function<void(std::span<const std::int32_t>)> bring) {
+  if (bring)
+    throw UsageError("the photos do not fit into memory, and this backend holds all of them",
+                     "use --backend cpu, or give more --memory-mb");
+}
+
 namespace {
 
 class CpuRenderer final : public WorldRenderer {
@@ -58,6 +66,8 @@ class CpuRenderer final : public WorldRenderer {
     for (const std::int32_t view : world_->photos) colors_.push_back(SourceColor(view));
   }
 
+  void BringBy(std::function<void(std::span<const std::int32_t>)> bring) override { bring_ = std::move(bring); }
+
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
     return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
@@ -68,6 +78,8 @@ class CpuRenderer final : public WorldRenderer {
  private:
   void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
                         ImageF& image) {
+    if (bring_ && request.show != Show::kFalseColor)
+      Bring(CamerasOfPixels(world_->sources, setup, *proxy_, visibility, InterruptRequested, request.view.size_px));
     const Stopwatch watch;
     statistics_.optimum =
         RenderPixels(world_->sources, setup, *proxy_, visibility,
@@ -84,6 +96,8 @@ class CpuRenderer final : public WorldRenderer {
     Stopwatch watch;
     PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
     statistics_.plan_ms = 1000 * watch.Lap();
+    if (request.show != Show::kFalseColor) Bring(candidates_.camera);
+    watch.Lap();
     ParallelFor(static_cast<std::size_t>(candidates_.cell_columns) * static_cast<std::size_t>(candidates_.cell_rows), 1,
                 [&](std::size_t begin, std::size_t end) {
                   ViewSetup cell_setup;
@@ -111,21 +125,27 @@ class CpuRenderer final : public WorldRenderer {
     std::optional<PhotoLevels> levels;
     BlendSources sources;
     sources.gains = RelativeGains(world_->sources, setup);
-    if (request.show == Show::kFalseColor)
-      sources.colors = &colors_;
-    else
+    if (request.show == Show::kFalseColor) sources.colors = &colors_;
+    const auto take_photos = [&](const std::vector<std::int32_t>& cameras) {
+      if (request.show == Show::kFalseColor) return;
+      Bring(cameras);
       sources.photos = &levels.emplace(photos_);
+    };
     Stopwatch watch;
     const SparseGeometry* geometry = &plan_;
     if (request.settings.sampling == Sampling::kCandidates) {
       PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
       statistics_.plan_ms = 1000 * watch.Lap();
+      take_photos(candidates_.camera);
+      watch.Lap();
       BlendCandidates(candidates_, setup, *proxy_, visibility, sources, image);
       geometry = &candidates_.geometry;
       statistics_.samples = candidates_.samples;
     } else {
       PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
       statistics_.plan_ms = 1000 * watch.Lap();
+      take_photos(plan_.camera);
+      watch.Lap();
       BlendSparse(plan_, setup, sources, image);
       statistics_.samples = plan_.samples;
       statistics_.optimum = plan_.optimum;
@@ -139,6 +159,16 @@ class CpuRenderer final : public WorldRenderer {
       DrawTessellation(*geometry, image);
   }
 
+  // `cameras`: may repeat.
+  void Bring(std::vector<std::int32_t> cameras) {
+    if (!bring_) return;
+    std::ranges::sort(cameras);
+    cameras.erase(std::unique(cameras.begin(), cameras.end()), cameras.end());
+    const Stopwatch watch;
+    bring_(cameras);
+    statistics_.bring_ms = 1000 * watch.Seconds();
+  }
+
   const VisibilityMaps& Visibility() {
     if (visibility_.empty()) visibility_ = MakeVisibilityMaps(world_->sources, *proxy_);
     return visibility_;
@@ -147,6 +177,7 @@ class CpuRenderer final : public WorldRenderer {
   std::shared_ptr<const PictureWorld> world_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
+  std::function<void(std::span<const std::int32_t>)> bring_;  // none: all photos are there
   bool occlusion_ = false;
   VisibilityMaps visibility_;  // made when first wanted
   std::vector<Eigen::Vector3f> colors_;

@@ -1,6 +1,7 @@
 #include "render/cpu/pixels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <mutex>
 
@@ -25,16 +26,13 @@ std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup)
   return gains;
 }
 
-OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
-                           const VisibilityMaps* visibility, const PixelSources& blended,
-                           const std::function<bool()>& stop, ImageF& image) {
-  if (setup.settings.method != Algorithm::kUlr && !setup.method) {
-    ViewSetup published = setup;
-    published.method = MakeComparator(sources, proxy, setup);
-    return RenderPixels(sources, published, proxy, visibility, blended, stop, image);
-  }
-  const std::vector<float> gains = RelativeGains(sources, setup);
-  const int width = image.width, height = image.height;
+namespace {
+
+// body(plan, tile's window) of each tile, on all threads.
+OptimumCounts ForTiles(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                       const std::function<bool()>& stop, const Eigen::Vector2i& size_px,
+                       const std::function<void(const FramePlan&)>& body) {
+  const int width = size_px.x(), height = size_px.y();
   const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;
   OptimumCounts all;
   std::mutex counting;
@@ -48,15 +46,48 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
       const PixelWindow window{x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)};
       PlanPixels(setup, proxy, visibility, window, plan, scratch);
       counts += plan.optimum;
-      if (blended.colors != nullptr)
-        BlendConstants(plan, setup, *blended.colors, image);
-      else
-        BlendColor(plan, setup, *blended.photos, gains, image);
+      body(plan);
     }
     const std::lock_guard lock(counting);
     all += counts;
   });
   return all;
+}
+
+// By a published method's weights where one is named.
+ViewSetup Weighed(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy) {
+  ViewSetup weighed = setup;
+  if (setup.settings.method != Algorithm::kUlr && !setup.method) weighed.method = MakeComparator(sources, proxy, setup);
+  return weighed;
+}
+
+}  // namespace
+
+OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
+                           const VisibilityMaps* visibility, const PixelSources& blended,
+                           const std::function<bool()>& stop, ImageF& image) {
+  const ViewSetup weighed = Weighed(sources, setup, proxy);
+  const std::vector<float> gains = RelativeGains(sources, weighed);
+  return ForTiles(weighed, proxy, visibility, stop, {image.width, image.height}, [&](const FramePlan& plan) {
+    if (blended.colors != nullptr)
+      BlendConstants(plan, weighed, *blended.colors, image);
+    else
+      BlendColor(plan, weighed, *blended.photos, gains, image);
+  });
+}
+
+std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
+                                          const VisibilityMaps* visibility, const std::function<bool()>& stop,
+                                          const Eigen::Vector2i& size_px) {
+  std::vector<std::atomic<bool>> blended(sources.views.size());
+  ForTiles(Weighed(sources, setup, proxy), proxy, visibility, stop, size_px, [&](const FramePlan& plan) {
+    for (const std::int32_t camera : plan.camera)
+      if (camera >= 0) blended[static_cast<std::size_t>(camera)].store(true, std::memory_order_relaxed);
+  });
+  std::vector<std::int32_t> cameras;
+  for (std::size_t j = 0; j < blended.size(); ++j)
+    if (blended[j]) cameras.push_back(static_cast<std::int32_t>(j));
+  return cameras;
 }
 
 }  // namespace lumi

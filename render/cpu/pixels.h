@@ -31,4 +31,9 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
                            const VisibilityMaps* visibility, const PixelSources& blended,
                            const std::function<bool()>& stop, ImageF& image);
 
+// The cameras that RenderPixels would blend, ascending: by planning each tile and blending nothing.
+std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
+                                          const VisibilityMaps* visibility, const std::function<bool()>& stop,
+                                          const Eigen::Vector2i& size_px);
+
 }  // namespace lumi

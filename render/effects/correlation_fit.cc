@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <random>
+#include <utility>
 
 #include "render/cpu/blend.h"
 #include "render/radiance/correlation.h"
@@ -16,13 +16,18 @@
 namespace lumi {
 namespace {
 
-constexpr int kPoints = 6000;  // of the proxy that are looked at
-constexpr int kNearest = 24;   // photos of a point, nearest in angle to the one it was found by
-constexpr int kBins = 24;      // of angles, evenly in their logarithms
+constexpr std::size_t kPoints = 6000;   // of the proxy that are looked at ...
+constexpr std::size_t kPlaces = 18000;  // ... where places are told apart
+constexpr int kNearest = 24;            // photos of a point, nearest in angle to the one it was found by
+constexpr int kBins = 24;               // of angles, evenly in their logarithms
 constexpr double kSmallest = 0.05 * kRadPerDeg, kLargest = 60 * kRadPerDeg;
 constexpr long kLeastPairs = 200;     // of a bin that counts
 constexpr double kLeastShared = 0.1;  // of the variance: less, and photos have nothing in common
 constexpr double kFarShare = 0.2;     // of all pairs, those farthest apart say what no correlation is
+// A node's pairs are seconded by as many as this many points of the whole scene have: what few points say is not
+// believed.
+constexpr double kPriorPoints = 30;
+constexpr int kRounds = 20;  // of k-means
 
 int BinOf(double angle_rad) {
   const double x = std::log(std::max(angle_rad, kSmallest) / kSmallest) / std::log(kLargest / kSmallest) * kBins;
@@ -30,19 +35,27 @@ int BinOf(double angle_rad) {
 }
 
 struct Variogram {
-  std::array<double, kBins> square = {}, angle = {};  // sums over pairs
-  std::array<long, kBins> pairs = {};
-  long points = 0;
+  std::array<double, kBins> square = {}, angle = {}, pairs = {};  // sums over pairs
+  double points = 0;
 
-  Variogram& operator+=(const Variogram& o) {
+  void Add(const Variogram& o, double share) {
     for (std::size_t i = 0; i < kBins; ++i) {
-      square[i] += o.square[i];
-      angle[i] += o.angle[i];
-      pairs[i] += o.pairs[i];
+      square[i] += share * o.square[i];
+      angle[i] += share * o.angle[i];
+      pairs[i] += share * o.pairs[i];
     }
-    points += o.points;
+    points += share * o.points;
+  }
+  Variogram& operator+=(const Variogram& o) {
+    Add(o, 1);
     return *this;
   }
+};
+
+// A point of the proxy, in the normalised frame, and its pairs.
+struct Look {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Variogram pairs;
 };
 
 class Looking {
@@ -55,19 +68,21 @@ class Looking {
 
   bool any() const { return used_.size() > 1; }
 
-  // The pairs of one point, found by a random pixel of a random photo.
-  void Add(unsigned seed, Variogram& sum) const {
+  // The pairs of one point, found by a random pixel of a random photo. None: no points.
+  Look At(unsigned seed) const {
+    Look look;
+    Variogram& sum = look.pairs;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> inside(0.05, 0.95);
     const std::size_t by = used_[random() % used_.size()];
     const RenderView& v = traced_.sources.views[by];
     const auto direction = RayDirection(v.P, {inside(random) * v.size_px.x(), inside(random) * v.size_px.y()});
-    if (!direction) return;
+    if (!direction) return look;
     const Eigen::Vector3d d = direction->normalized();
     const Eigen::Vector3f d_float = d.cast<float>();
     float t = 0;
     traced_.tracer.Trace(v.centre.cast<float>(), {&d_float, 1}, {&t, 1});
-    if (!(t > 0) || !std::isfinite(t)) return;
+    if (!(t > 0) || !std::isfinite(t)) return look;
     const Eigen::Vector3d p = v.centre + static_cast<double>(t) * d;
     struct Sight {
       double angle = 0;
@@ -90,7 +105,7 @@ class Looking {
       const Eigen::Vector3d to = (view.centre - p).normalized();
       sights.push_back({2 * std::atan2((to + d).norm(), (to - d).norm()), to, Eigen::Array3f::Zero(), j, x / w, y / h});
     }
-    if (sights.size() < 2) return;
+    if (sights.size() < 2) return look;
     if (sights.size() > kNearest) {
       // Some of the nearest, and others from anywhere, so that all angles have their pairs.
       std::ranges::nth_element(sights, sights.begin() + kNearest / 2, {}, &Sight::angle);
@@ -108,7 +123,9 @@ class Looking {
         sum.angle[bin] += angle;
         ++sum.pairs[bin];
       }
-    ++sum.points;
+    look.point = p;
+    sum.points = 1;
+    return look;
   }
 
  private:
@@ -138,6 +155,138 @@ double ErrorOf(const std::vector<CorrelationBin>& bins, double r_min, double r_m
   return error / sum;
 }
 
+// 1 - gamma(h) / gamma(far) of the bins with pairs enough; none: nothing differs.
+std::vector<CorrelationBin> Correlogram(const Variogram& v) {
+  // What no correlation is: the pairs farthest apart.
+  double all = 0, far = 0, far_pairs = 0;
+  for (const double n : v.pairs) all += n;
+  for (std::size_t i = kBins; i-- > 0 && far_pairs < kFarShare * all;) {
+    far += v.square[i];
+    far_pairs += v.pairs[i];
+  }
+  std::vector<CorrelationBin> bins;
+  if (!(far_pairs > 0) || !(far > 0)) return bins;
+  far /= far_pairs;
+  for (std::size_t i = 0; i < kBins; ++i)
+    if (v.pairs[i] >= kLeastPairs)
+      bins.push_back({v.angle[i] / v.pairs[i], 1 - v.square[i] / v.pairs[i] / far, std::lround(v.pairs[i])});
+  return bins;
+}
+
+// Kinds of correlograms by k-means: each row is a node's, `weight` its points. The first is the mean's nearest, each
+// next the one farthest from all before, so that the same rows give the same kinds.
+std::vector<std::uint8_t> Kinds(const std::vector<Eigen::ArrayXd>& row, const std::vector<double>& weight,
+                                std::size_t most) {
+  std::vector<std::uint8_t> kind(row.size(), 0);
+  Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(row.front().size());
+  double sum = 0;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    mean += weight[i] * row[i];
+    sum += weight[i];
+  }
+  std::vector<Eigen::ArrayXd> centre = {Eigen::ArrayXd(mean / sum)};
+  const auto nearest = [&](const Eigen::ArrayXd& r) {
+    std::pair<double, std::size_t> best(std::numeric_limits<double>::infinity(), 0);
+    for (std::size_t k = 0; k < centre.size(); ++k) best = std::min(best, {(r - centre[k]).square().sum(), k});
+    return best;
+  };
+  while (centre.size() < most) {
+    std::pair<double, std::size_t> farthest(0, 0);
+    for (std::size_t i = 0; i < row.size(); ++i) farthest = std::max(farthest, {weight[i] * nearest(row[i]).first, i});
+    if (!(farthest.first > 0)) break;
+    centre.push_back(row[farthest.second]);
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    bool same = true;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const auto k = static_cast<std::uint8_t>(nearest(row[i]).second);
+      same = same && k == kind[i];
+      kind[i] = k;
+    }
+    if (same && round > 0) break;
+    std::vector<double> total(centre.size(), 0);
+    std::vector<Eigen::ArrayXd> next(centre.size(), Eigen::ArrayXd::Zero(mean.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      next[kind[i]] += weight[i] * row[i];
+      total[kind[i]] += weight[i];
+    }
+    for (std::size_t k = 0; k < centre.size(); ++k)
+      if (total[k] > 0) centre[k] = next[k] / total[k];
+  }
+  return kind;
+}
+
+// The box of nine tenths of the points along each axis, so that a few far ones do not make nodes rare.
+NodeGrid GridOver(const std::vector<Look>& looks, int regions) {
+  NodeGrid grid;
+  Eigen::Vector3d low, high;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<double> x;
+    for (const Look& l : looks)
+      if (l.pairs.points > 0) x.push_back(l.point[c]);
+    std::ranges::sort(x);
+    low[c] = x[x.size() / 20];
+    high[c] = x[x.size() - 1 - x.size() / 20];
+  }
+  grid.box = Eigen::AlignedBox3d(low, high);
+  const Eigen::Vector3d size = high - low;
+  const double spacing = size.maxCoeff() / std::max(regions - 1, 1);
+  for (int c = 0; c < 3; ++c)
+    grid.count[c] = spacing > 0 ? std::max(1, static_cast<int>(std::lround(size[c] / spacing)) + 1) : 1;
+  return grid;
+}
+
+// Sets the kinds and where they are. `whole`: what the scene as a whole has, and what a kind has that cannot be told.
+void FindPlaces(const std::vector<Look>& looks, const Variogram& whole, int regions, MeasuredCorrelation& found) {
+  auto places = std::make_shared<LeavesByPlace>();
+  places->grid = GridOver(looks, regions);
+  const auto nodes = static_cast<std::size_t>(places->grid.size());
+  std::vector<Variogram> node(nodes);
+  for (const Look& l : looks) {
+    if (!(l.pairs.points > 0)) continue;
+    const NodeGrid::Around around = places->grid.At(l.point);
+    for (int i = 0; i < 8; ++i)
+      if (around.share[i] > 0) node[static_cast<std::size_t>(around.node[i])].Add(l.pairs, around.share[i]);
+  }
+  // Rows of the bins that the whole scene has, by their standing there.
+  std::vector<Eigen::ArrayXd> row(nodes);
+  std::vector<double> weight(nodes);
+  std::vector<std::size_t> bin;
+  for (std::size_t b = 0; b < kBins; ++b)
+    if (whole.pairs[b] >= kLeastPairs) bin.push_back(b);
+  for (std::size_t n = 0; n < nodes; ++n) {
+    Variogram v = node[n];
+    v.Add(whole, kPriorPoints / whole.points);
+    weight[n] = node[n].points;
+    double far = 0, far_pairs = 0, all = 0;
+    for (const std::size_t b : bin) all += v.pairs[b];
+    for (std::size_t i = bin.size(); i-- > 0 && far_pairs < kFarShare * all;) {
+      far += v.square[bin[i]];
+      far_pairs += v.pairs[bin[i]];
+    }
+    row[n].resize(static_cast<Eigen::Index>(bin.size()));
+    for (std::size_t i = 0; i < bin.size(); ++i)
+      row[n][static_cast<Eigen::Index>(i)] =
+          far > 0 ? std::pow(whole.pairs[bin[i]], 0.25) * (1 - v.square[bin[i]] / v.pairs[bin[i]] * far_pairs / far)
+                  : 0.0;
+  }
+  places->kind = Kinds(row, weight, LeavesByPlace::kMostKinds);
+  const std::size_t kinds = static_cast<std::size_t>(std::ranges::max(places->kind)) + 1;
+  for (std::size_t k = 0; k < kinds; ++k) {
+    Variogram v;
+    for (std::size_t n = 0; n < nodes; ++n)
+      if (places->kind[n] == k) v += node[n];
+    auto fit = FitLeaves(Correlogram(v));
+    if (!fit) {
+      fit.emplace(found);
+      fit->bins = Correlogram(v);
+    }
+    places->kinds.push_back({fit->r_min_rad, fit->r_max_rad, fit->noise});
+    found.kinds.push_back({places->kinds.back(), v.points / whole.points, std::move(fit->bins)});
+  }
+  found.by_place = std::move(places);
+}
+
 }  // namespace
 
 std::optional<MeasuredCorrelation> FitLeaves(const std::vector<CorrelationBin>& bins) {
@@ -161,39 +310,22 @@ std::optional<MeasuredCorrelation> FitLeaves(const std::vector<CorrelationBin>& 
 }
 
 std::optional<MeasuredCorrelation> MeasureCorrelation(const Scene& scene, const Mesh& proxy,
-                                                      const std::vector<Photo>& photos, const std::vector<bool>& use) {
+                                                      const std::vector<Photo>& photos, const std::vector<bool>& use,
+                                                      int regions) {
   const Looking looking(scene, proxy, photos, use);
   if (!looking.any()) return std::nullopt;
-  // Sums in the order of the blocks: the same on any number of threads.
-  constexpr std::size_t kBlock = 100;
-  std::vector<Variogram> blocks((kPoints + kBlock - 1) / kBlock);
-  ParallelFor(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end && !InterruptRequested(); ++b)
-      for (std::size_t i = b * kBlock; i < std::min<std::size_t>((b + 1) * kBlock, kPoints); ++i)
-        looking.Add(static_cast<unsigned>(i), blocks[b]);
+  std::vector<Look> looks(regions > 1 ? kPlaces : kPoints);
+  ParallelFor(looks.size(), 100, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !InterruptRequested(); ++i) looks[i] = looking.At(static_cast<unsigned>(i));
   });
   CheckInterrupted();
+  // In the points' order: the same on any number of threads.
   Variogram sum;
-  for (const Variogram& b : blocks) sum += b;
-  // What no correlation is: the pairs farthest apart.
-  long all = 0;
-  for (const long n : sum.pairs) all += n;
-  double far = 0;
-  long far_pairs = 0;
-  for (std::size_t i = kBins; i-- > 0 && far_pairs < kFarShare * static_cast<double>(all);) {
-    far += sum.square[i];
-    far_pairs += sum.pairs[i];
-  }
-  if (far_pairs == 0 || !(far > 0)) return std::nullopt;
-  far /= static_cast<double>(far_pairs);
-  std::vector<CorrelationBin> bins;
-  for (std::size_t i = 0; i < kBins; ++i)
-    if (sum.pairs[i] >= kLeastPairs) {
-      const auto n = static_cast<double>(sum.pairs[i]);
-      bins.push_back({sum.angle[i] / n, 1 - sum.square[i] / n / far, sum.pairs[i]});
-    }
-  auto fit = FitLeaves(bins);
-  if (fit) fit->points = sum.points;
+  for (const Look& l : looks) sum += l.pairs;
+  auto fit = FitLeaves(Correlogram(sum));
+  if (!fit) return fit;
+  fit->points = std::lround(sum.points);
+  if (regions > 1) FindPlaces(looks, sum, regions, *fit);
   return fit;
 }
 

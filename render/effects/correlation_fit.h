@@ -3,11 +3,12 @@
 // a rough proxy is mostly that they show different places; noise and gloss come on top. docs/optimum.md.
 #pragma once
 
-#include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "render/photos/photo_set.h"
+#include "render/radiance/optimum/leaves_by_place.h"
 #include "scene/geometry/mesh.h"
 #include "scene/model/scene.h"
 
@@ -19,19 +20,32 @@ struct CorrelationBin {
   long pairs = 0;
 };
 
+// Of some places.
+struct CorrelationKind {
+  LeavesKind leaves;
+  double share = 0;  // of the points
+  std::vector<CorrelationBin> bins;
+};
+
 struct MeasuredCorrelation {
   double r_min_rad = 0, r_max_rad = 0;  // of the falling leaves that fit
   double noise = 0;                     // RadianceSettings::noise: correlation is PSame / (1 + noise) beside 0
   double rms = 0;                       // of the fit, over the bins by their pairs
   long points = 0;
   std::vector<CorrelationBin> bins;  // ascending
+  // Told apart by place; none: they were not asked for.
+  std::vector<CorrelationKind> kinds;
+  std::shared_ptr<const LeavesByPlace> by_place;
 };
 
 // Points of the proxy at random pixels of the photos in use (empty: all), with the colours of those that see them; the
 // same for the same photos. nullopt: too few pairs to tell (fewer than kLeastPairs in three bins), or photos that do
 // not differ. Photos need their levels; exposures are divided out. Parallel.
+// regions > 1: also kinds and by_place, over a grid with so many nodes along the longest side of nine tenths of the
+// points. What few points say of their node is drawn towards the whole scene.
 std::optional<MeasuredCorrelation> MeasureCorrelation(const Scene& scene, const Mesh& proxy,
-                                                      const std::vector<Photo>& photos, const std::vector<bool>& use);
+                                                      const std::vector<Photo>& photos, const std::vector<bool>& use,
+                                                      int regions = 1);
 
 // The leaves whose P_same fits a correlogram best, by weights of the bins' pairs. nullopt for fewer than three bins.
 std::optional<MeasuredCorrelation> FitLeaves(const std::vector<CorrelationBin>& bins);

@@ -14,6 +14,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/memory.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -87,10 +88,32 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
   settings_.time_s = *options_.phase * settings_.period_s;
 }
 
+// Bytes that options.memory_mb leaves to photos where they do not fit; nullopt: all of them may be held.
+std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
+  if (options_.memory_mb < 0 || !one_mesh()) return std::nullopt;
+  constexpr double kShare = 0.6;  // of what is free, where nobody said
+  constexpr std::size_t kMb = 1 << 20;
+  constexpr std::size_t kOthers = 320 * kMb;  // visibility maps and pictures, which come later
+  constexpr std::size_t kLeast = 4 * kMb;
+  const std::size_t all = options_.memory_mb > 0
+                              ? static_cast<std::size_t>(options_.memory_mb) * kMb
+                              : static_cast<std::size_t>(kShare * static_cast<double>(AvailableMemory()));
+  const std::size_t taken = kOthers + (options_.memory_mb > 0 ? ResidentMemory() : 0);
+  const std::size_t room = std::max(kLeast, all > taken ? all - taken : 0);
+  return PhotoCache::BytesOf(scene_) > room ? std::optional(room) : std::nullopt;
+}
+
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
-  if (one_mesh()) photos_ = LoadPhotos(scene_, {}, sink);
+  if (const std::optional<std::size_t> room = RoomForPhotos()) {
+    cache_.emplace(scene_, *room);
+    sink.Message(fmt::format("{} photos take {:.1f} GB of memory: {:.1f} GB hold those that a picture is blended from",
+                             scene_.views.size(), static_cast<double>(PhotoCache::BytesOf(scene_)) / 1e9,
+                             static_cast<double>(*room) / 1e9));
+  } else if (one_mesh()) {
+    photos_ = LoadPhotos(scene_, {}, sink);
+  }
   const auto wanted = [&](std::string_view effect) { return !decided_.Has(effect) || IsOn(settings_, effect); };
-  SetEstimates(EstimateFromPhotos(scene_, one_mesh() ? &photos_ : nullptr, wanted, sink));
+  SetEstimates(EstimateFromPhotos(scene_, one_mesh() && !cache_ ? &photos_ : nullptr, wanted, sink));
   // As LoadPhoto would give them now.
   if (corrections_.Any())
     ParallelFor(photos_.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -126,6 +149,9 @@ void Lumigraph::SetSettings(const RadianceSettings& settings) {
 }
 
 void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
+  if (settings_.correlation_regions > 1 &&
+      (settings_.correlation != Correlation::kMeasured || settings_.similarity != Similarity::kFull) && !correlation_)
+    throw UsageError("--correlation-regions goes with --correlation measured and --similarity full");
   if (settings_.correlation != Correlation::kMeasured) return;
   // A file of settings names all of them, most as they are by default.
   const RadianceSettings usual;
@@ -134,10 +160,11 @@ void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
     throw UsageError("--correlation measured finds --r-min-deg, --r-max-deg and --noise: give either");
   if (photos_.empty())
     throw UsageError(
-        "--correlation measured reads all photos, over one mesh",
+        cache_ ? "--correlation measured reads all photos, and they do not fit into memory"
+               : "--correlation measured reads all photos, over one mesh",
         "lumi-render SCENE --correlation measured prints r-min-deg and r-max-deg, which go with --correlation "
         "falling-leaves");
-  correlation_ = MeasureCorrelation(scene_, mesh_, photos_, use);
+  correlation_ = MeasureCorrelation(scene_, mesh_, photos_, use, settings_.correlation_regions);
   if (!correlation_)
     throw DataError("too few photos see the same points to measure how they correlate",
                     "use --correlation falling-leaves", scene_.folder);
@@ -145,6 +172,7 @@ void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
   settings_.r_min_rad = correlation_->r_min_rad;
   settings_.r_max_rad = correlation_->r_max_rad;
   settings_.noise = correlation_->noise;
+  settings_.by_place = correlation_->by_place;
 }
 
 void Lumigraph::ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use) {
@@ -203,7 +231,9 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 }
 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
-  return WithOwnColors(make(WorldOf(scene_, mesh), photos_));
+  auto renderer = make(WorldOf(scene_, mesh), photos());
+  if (cache_) renderer->BringBy([this](std::span<const std::int32_t> wanted) { cache_->Bring(wanted); });
+  return WithOwnColors(std::move(renderer));
 }
 
 std::unique_ptr<Renderer> Lumigraph::WithOwnColors(std::unique_ptr<Renderer> renderer) const {

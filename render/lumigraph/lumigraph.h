@@ -21,6 +21,7 @@
 #include "render/effects/effects.h"
 #include "render/effects/estimates.h"
 #include "render/lumigraph/per_view_renderer.h"
+#include "render/photos/photo_cache.h"
 #include "render/photos/photo_set.h"
 #include "render/radiance/settings.h"
 #include "render/show/measure_map.h"
@@ -42,6 +43,9 @@ struct LumigraphOptions {
       0;  // of pictures with a proxy of their own, where the scene has no metric; 0: 1.2 x their longer side
   BorderOptions border;  // of pictures with a proxy of their own
   bool rescale_cameras = false;
+  // Of the whole process, about: photos that do not fit into what it leaves them are read as pictures need them. 0: six
+  // tenths of what is free; -1: all photos are held.
+  int memory_mb = -1;
 };
 
 class Lumigraph {
@@ -79,7 +83,10 @@ class Lumigraph {
   const Mesh& mesh() const { return mesh_; }  // of one_mesh()
   const std::string& proxy_name() const { return proxy_name_; }
   const Corrections& corrections() const { return corrections_; }  // that the photos were read with
-  const std::vector<Photo>& photos() const { return photos_; }     // of one_mesh(); else pictures read their own
+  // Of one_mesh(); else pictures read their own. With a cache those are there that the last picture was blended from.
+  const std::vector<Photo>& photos() const { return cache_ ? cache_->photos() : photos_; }
+  // Where the photos do not fit into options.memory_mb.
+  const PhotoCache* cache() const { return cache_ ? &*cache_ : nullptr; }
   int reach() const { return reach_; }  // photos to either side in time that a picture may use; -1: all
 
   const RadianceSettings& settings() const { return settings_; }
@@ -104,6 +111,7 @@ class Lumigraph {
   MeasureMap MapOf(const RenderRequest& request, Measure measure, int photo) const;
 
  private:
+  std::optional<std::size_t> RoomForPhotos() const;
   void RequireNothingMetric(const std::string& proxy) const;
   void TakeCorrelation(const std::vector<bool>& use);
   void RequireExposure();
@@ -120,8 +128,9 @@ class Lumigraph {
   int reach_ = -1;
   bool own_times_ = true;
   std::vector<Photo> photos_;
-  PhotoFacts photo_facts_;   // what the photos' colours say
-  Corrections corrections_;  // that the photos were read with
+  mutable std::optional<PhotoCache> cache_;  // instead of photos_; a picture that is rendered brings its photos
+  PhotoFacts photo_facts_;                   // what the photos' colours say
+  Corrections corrections_;                  // that the photos were read with
   std::vector<Effect> effects_;
   std::optional<MeasuredCorrelation> correlation_;
 };

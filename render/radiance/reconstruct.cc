@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "render/radiance/optimum/leaves_by_place.h"
+
 namespace lumi {
 namespace {
 
@@ -33,6 +35,8 @@ void Reconstruct(const ViewSetup& setup, const VisibilityMaps* visibility, const
                  OptimumCounts& counts, WeighScratch& scratch) {
   if (setup.method)
     setup.method->Weigh(setup, visibility, rays, table);
+  else if (setup.settings.similarity == Similarity::kFull && setup.settings.by_place)
+    WeighByPlace(*setup.settings.by_place, setup, visibility, rays, table, counts);
   else if (setup.settings.similarity == Similarity::kFull)
     WeighOptimal(setup, visibility, rays, table, counts);
   else

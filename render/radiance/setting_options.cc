@@ -220,6 +220,17 @@ std::vector<SettingOption> MakeOptions() {
       "noise", &S::noise, {0, 100},
       "What each photo has of its own, over what correlates with others (variances), 0 to 100: the optimum averages it",
       {"noise", 0, 10, "%.2f"});
+  t.Custom(
+      "correlation-regions", "N",
+      "With --correlation measured: places along the scene's longest side that have leaves of their own, 1 to 32; 1: "
+      "one kind everywhere",
+      [](const S& s) { return std::to_string(s.correlation_regions); },
+      [](S& s, const std::string& text) {
+        constexpr std::string_view takes = "1 to 32";
+        s.correlation_regions = Whole("correlation-regions", text, takes);
+        if (s.correlation_regions < 1 || s.correlation_regions > 32)
+          throw UsageError(fmt::format("--correlation-regions takes {}, not {}", takes, text));
+      });
   MeasureList::ForEach([&]<typename M> {
     t.measure = M::kName;
     t.title = M::kTitle;

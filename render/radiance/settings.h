@@ -2,6 +2,7 @@
 // on. Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +10,8 @@
 #include "render/radiance/measures/list.h"
 
 namespace lumi {
+
+struct LeavesByPlace;
 
 // S w = y with all photos that correlate with the ray (Eq. 4.1), or S taken for the identity (sec. 5.1.1).
 enum class Similarity { kIdentity, kFull };
@@ -54,6 +57,10 @@ struct RadianceSettings : MeasureList::Settings {
   double r_max_rad = 5 * kRadPerDeg;
   double noise =
       0;  // variance of what a photo has of its own, over that of what correlates, >= 0: the optimum averages it
+  // Correlation::kMeasured: this many places along the scene's longest side have leaves of their own; 1: none has.
+  int correlation_regions = 1;
+  // What was found there, in place of r_min, r_max and noise; none: these count everywhere. Of one scene.
+  std::shared_ptr<const LeavesByPlace> by_place;
 
   int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
   bool epipoles = true;                 // sparse samples at the photos' centres, too

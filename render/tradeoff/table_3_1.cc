@@ -1,6 +1,7 @@
 #include "render/tradeoff/table_3_1.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
@@ -64,7 +65,8 @@ void ListKeys(JsonKeys& j, MethodProperties& p) {
   j("method", p.method);
   for (std::size_t i = 0; i < kTableColumns; ++i) j(TableColumns()[i].key.data(), p.figures[i]);
 }
-void ListKeys(JsonKeys& j, SceneFigures& s) { j("scene", s.scene, "properties", s.properties); }
+void ListKeys(JsonKeys& j, MethodRefusal& r) { j("method", r.method, "refused", r.refused); }
+void ListKeys(JsonKeys& j, SceneFigures& s) { j("scene", s.scene, "properties", s.properties, "methods", s.methods); }
 
 namespace {
 
@@ -98,17 +100,25 @@ std::pair<std::optional<double>, std::string> Worst(const std::vector<SceneFigur
   return {worst, where};
 }
 
+std::string RefusedOn(const std::vector<SceneFigures>& scenes, std::string_view method) {
+  std::vector<std::string> names;
+  for (const SceneFigures& s : scenes)
+    for (const MethodRefusal& r : s.methods)
+      if (!method.empty() && r.method == method && !r.refused.empty()) names.push_back(s.scene);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 }  // namespace
 
 std::string TableText(const std::vector<SceneFigures>& scenes) {
   const auto& columns = TableColumns();
   std::string text = "| algorithm |";
   for (const TableColumn& c : columns) text += fmt::format(" {} |", c.title);
-  text += " thesis differs in |\n|---|" + std::string();
-  for (std::size_t i = 0; i <= columns.size(); ++i) text += "---|";
+  text += " thesis differs in | refused on |\n|---|" + std::string();
+  for (std::size_t i = 0; i < columns.size() + 2; ++i) text += "---|";
   text += "\n| threshold |";
   for (const TableColumn& c : columns) text += fmt::format(" {} {:g} |", c.less_is_better ? "<=" : ">=", c.threshold);
-  text += " |\n";
+  text += " | |\n";
   for (const TableRow& row : TableRows()) {
     text += fmt::format("| {} |", row.paper);
     std::string differs;
@@ -124,7 +134,8 @@ std::string TableText(const std::vector<SceneFigures>& scenes) {
       if (!row.ticks.empty() && tick != thesis)
         differs += fmt::format("{}{} ({})", differs.empty() ? "" : ", ", columns[i].title, where);
     }
-    text += fmt::format(" {} |\n", row.method.empty() ? "not measured: " + std::string(row.why_not) : differs);
+    text += fmt::format(" {} | {} |\n", row.method.empty() ? "not measured: " + std::string(row.why_not) : differs,
+                        RefusedOn(scenes, row.method));
   }
   for (const SceneFigures& s : scenes) {
     text += fmt::format("\n**{}**\n\n| method |", s.scene);

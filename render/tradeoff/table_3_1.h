@@ -37,13 +37,19 @@ struct MethodProperties {
   std::string method;
   std::array<std::optional<double>, kTableColumns> figures = {};
 };
+struct MethodRefusal {
+  std::string method, refused;  // why; empty: it was not
+};
 struct SceneFigures {
   std::string scene;
   std::vector<MethodProperties> properties;
+  std::vector<MethodRefusal> methods = {};
 };
 void ListKeys(JsonKeys& j, MethodProperties& p);
+void ListKeys(JsonKeys& j, MethodRefusal& r);
 void ListKeys(JsonKeys& j, SceneFigures& s);
-// Markdown: the table of ticks (the worst scene decides), then a table of figures a scene.
+// Markdown: the table of ticks (the worst scene decides; scenes that a method refused are named), then a table of
+// figures a scene.
 std::string TableText(const std::vector<SceneFigures>& scenes);
 
 }  // namespace lumi

@@ -1,7 +1,9 @@
 // What the two backends have in common: a view in, a picture out.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,7 @@ enum class Show {
 // Of the last picture.
 struct RenderStatistics {
   double plan_ms = 0, blend_ms = 0;  // 0 where the two are one (a weight a pixel)
+  double bring_ms = 0;               // reading photos that were not in memory (BringBy)
   long samples = 0;                  // rays at which weights were computed; 0: every pixel
   long triangles = 0;
   OptimumCounts optimum;
@@ -57,6 +60,9 @@ class WorldRenderer : public Renderer {
   // From the next picture on; as many cameras as before. A camera whose photo is now of another view has another photo
   // at its place of the vector that the renderer was made with, as large as the camera says.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
+  // From the next picture on `bring` is called before photos are read, with the cameras that it is blended from, each
+  // once; others may have no levels then (PhotoCache). Throws UsageError by a renderer that keeps all photos.
+  virtual void BringBy(std::function<void(std::span<const std::int32_t>)> bring);
 };
 
 // photos: one a camera of the world, those without levels may come later. They must outlive the renderer.

@@ -68,6 +68,8 @@ std::uint64_t AvailableMemory() {
   return least;
 }
 
+std::uint64_t ResidentMemory() { return KilobytesOf("/proc/self/status", "VmRSS").value_or(0); }
+
 void RequireMemory(std::uint64_t bytes, const fs::path& file, const std::string& hint) {
   if (bytes <= kNotAsked) return;
   const std::uint64_t left = AvailableMemory();

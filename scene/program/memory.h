@@ -12,6 +12,9 @@ namespace lumi {
 // job's limit (cgroup) and of `ulimit -v`. The largest number where the system does not say.
 std::uint64_t AvailableMemory();
 
+// Bytes of this process that are in memory now; 0 where the system does not say.
+std::uint64_t ResidentMemory();
+
 // Throws MachineError ("takes 9.3 GB of memory, and 3.1 GB are free") where there is less. Up to 256 MB nothing is
 // asked.
 void RequireMemory(std::uint64_t bytes, const std::filesystem::path& file, const std::string& hint);

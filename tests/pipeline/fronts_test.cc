@@ -51,6 +51,19 @@ TEST(Fronts, ASceneOfATradeoffOfTheWholeIsOneOfItsQualities) {
   EXPECT_EQ(Occurrences(FrontsSvg(out / "full", {"other", "", ""}), ">this scene<"), 0U);
 }
 
+TEST(Fronts, AWindowOfAFilmHasTheFilmsDials) {
+  const TemporaryFolder film;
+  WriteTextAtomically(film / "tradeoff.json",
+                      R"({"points":[{"dial":"as chosen","value":"","ms_per_frame":20,"jitter_px":0.5},
+                                    {"dial":"k","value":"8","ms_per_frame":40,"jitter_px":0.4},
+                                    {"dial":"k","value":"1","ms_per_frame":10,"jitter_px":0.9}]})");
+  const fs::path scene = film / "window-000" / "scene";
+  fs::create_directories(scene);
+  const std::string svg = FrontsSvg(scene, {});
+  for (const char* text : {"Stabilising", "jitter above 1 Hz, px", "as given", "k 8"})
+    EXPECT_THAT(svg, HasSubstr(text));
+}
+
 TEST(Fronts, AnAccuracyThatNoRowHasGivesWayToTheNext) {
   const TemporaryFolder scene;
   WriteTextAtomically(scene / "tradeoff" / "simplify-hull.json",

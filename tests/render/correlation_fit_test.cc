@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "capture.h"
@@ -63,6 +64,41 @@ TEST(CorrelationFit, PhotosOverARougherProxyHaveLessInCommon) {
   const auto again = MeasureCorrelation(c.scene, c.proxy, c.photos, {});
   EXPECT_EQ(again->r_max_rad, exact->r_max_rad);
   EXPECT_EQ(again->bins[0].correlation, exact->bins[0].correlation);
+}
+
+TEST(CorrelationFit, TellsAGlossyHalfFromADullOne) {
+  // A wall, one half of it painted, the other one lit otherwise in each photo: there photos have nothing in common.
+  test::Capture c = test::MakeCapture(25, 96);
+  for (std::size_t i = 0; i < c.photos.size(); ++i) {
+    Image8& level = c.photos[i].levels[0];
+    std::mt19937 engine(static_cast<unsigned>(i));
+    const RenderView v = MakeRenderView(c.scene, c.scene.views[i]);
+    for (int y = 0; y < level.height; ++y)
+      for (int x = 0; x < level.width; ++x) {
+        const Eigen::Vector3d d = RayDirection(v.P, {x + 0.5, y + 0.5})->normalized();
+        const double t = test::HitDistance(c.proxy, v.centre, d);
+        if (!std::isfinite(t) || (v.centre + t * d).x() < 0) continue;
+        for (int ch = 0; ch < level.channels; ++ch) level.At(x, y, ch) = static_cast<std::uint8_t>(engine() % 256);
+      }
+  }
+  const auto found = MeasureCorrelation(c.scene, c.proxy, c.photos, {}, 4);
+  ASSERT_TRUE(found && found->by_place);
+  ASSERT_GE(found->kinds.size(), 2u);
+  EXPECT_EQ(found->kinds.size(), found->by_place->kinds.size());
+  double all = 0, least = 1e9, most = 0;
+  for (const CorrelationKind& k : found->kinds) {
+    all += k.share;
+    if (k.share < 0.05) continue;
+    least = std::min(least, k.leaves.noise);
+    most = std::max(most, k.leaves.noise);
+  }
+  EXPECT_NEAR(all, 1, 1e-9);
+  EXPECT_GT(most, 2) << "the half without anything in common, and its border";
+  EXPECT_LT(least, 1) << "the painted half";
+  const auto again = MeasureCorrelation(c.scene, c.proxy, c.photos, {}, 4);
+  EXPECT_EQ(again->by_place->kind, found->by_place->kind);
+  const auto whole = MeasureCorrelation(c.scene, c.proxy, c.photos, {});
+  EXPECT_FALSE(whole->by_place);
 }
 
 TEST(CorrelationFit, OnePhotoTellsNothing) {

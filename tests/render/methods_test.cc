@@ -155,6 +155,9 @@ TEST(Table31, TicksFollowFromFiguresAndTheWorstSceneDecides) {
   };
   // The thesis gives it neither real-time nor resolution.
   EXPECT_THAT(line(all), testing::HasSubstr("real-time (good), resolution (good)"));
+  EXPECT_TRUE(line(all).ends_with("|  |")) << "nothing was refused";
+  SceneFigures refusing{"ring", {}, {{"debevec-1996", "no"}, {"ulr", ""}}};
+  EXPECT_TRUE(line(TableText({good, refusing})).ends_with("| ring |"));
   const std::string none = line(TableText({good, bad}));
   EXPECT_THAT(none, testing::Not(testing::HasSubstr("yes")));
   EXPECT_THAT(none, testing::HasSubstr("epipole consistency (bad)"));

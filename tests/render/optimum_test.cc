@@ -12,6 +12,7 @@
 #include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/duplicates.h"
 #include "render/radiance/optimum/keep_largest.h"
+#include "render/radiance/optimum/leaves_by_place.h"
 #include "render/radiance/reconstruct.h"
 #include "render/world/visibility_maps.h"
 
@@ -241,6 +242,83 @@ TEST(Optimum, TheCutoffsErrorFallsWithIt) {
   }
   EXPECT_LT(before, 1e-6);
   EXPECT_LT(WorstError(Full(1e-7, RadianceSettings{}.cutoff_rad / kRadPerDeg), 150, 40), 1e-4);
+}
+
+// Two kinds of leaves along one axis, left and right of the middle of what is seen.
+std::shared_ptr<LeavesByPlace> TwoKinds(const ViewSetup& setup, const RaySamples& rays) {
+  auto places = std::make_shared<LeavesByPlace>();
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (std::isfinite(rays.t[i]) && rays.t[i] > 0)
+      places->grid.box.extend(setup.desired.centre + static_cast<double>(rays.t[i]) * rays.direction[i].cast<double>());
+  places->grid.count = {4, 1, 1};
+  places->kind = {0, 0, 1, 1};
+  places->kinds = {{0.001 * kRadPerDeg, 5 * kRadPerDeg, 0}, {0.3 * kRadPerDeg, 12 * kRadPerDeg, 0.5}};
+  return places;
+}
+
+TEST(LeavesByPlace, WeightsAreTheKindsOwnWhereOneIsAloneAndTheirMixBetween) {
+  const test::DeskLike desk = test::MakeDeskLike(80);
+  RadianceSettings s = Full(1e-6);
+  const ViewSetup setup = MakeViewSetup(desk.sources, desk.view, s);
+  const RaySamples rays = test::RaysThrough(desk, setup, RandomPixels(200, 4));
+  const auto places = TwoKinds(setup, rays);
+  OptimumCounts counts;
+  WeightTable mixed, of[2];
+  s.by_place = places;
+  WeighScratch scratch;
+  Reconstruct(MakeViewSetup(desk.sources, desk.view, s), nullptr, rays, mixed, counts, scratch);
+  for (std::size_t k = 0; k < 2; ++k) {
+    RadianceSettings own = Full(1e-6);
+    own.r_min_rad = places->kinds[k].r_min_rad;
+    own.r_max_rad = places->kinds[k].r_max_rad;
+    own.noise = places->kinds[k].noise;
+    WeighOptimal(MakeViewSetup(desk.sources, desk.view, own), nullptr, rays, of[k], counts);
+  }
+  int alone = 0, between = 0;
+  double apart = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(mixed.alpha[i], of[0].alpha[i]);
+    if (!(mixed.alpha[i] > 0)) continue;
+    double share[2];
+    places->Shares(setup.desired.centre + static_cast<double>(rays.t[i]) * rays.direction[i].cast<double>(), share);
+    EXPECT_NEAR(share[0] + share[1], 1, 1e-12);
+    ++(share[0] == 0 || share[1] == 0 ? alone : between);
+    EXPECT_NEAR(RowSum(mixed, i), 1, 1e-5);
+    std::set<std::int32_t> once;
+    for (std::int32_t e = mixed.first[i]; e < mixed.first[i + 1]; ++e)
+      EXPECT_TRUE(once.insert(mixed.camera[static_cast<std::size_t>(e)]).second);
+    for (int j = 0; j < 80; ++j) {
+      // Rays are grouped otherwise here than there: to the accuracy asked for.
+      EXPECT_NEAR(WeightOf(mixed, i, j), share[0] * WeightOf(of[0], i, j) + share[1] * WeightOf(of[1], i, j), 2e-6);
+      apart = std::max(apart, std::abs(WeightOf(of[0], i, j) - WeightOf(of[1], i, j)));
+    }
+  }
+  EXPECT_GT(alone, 20);
+  EXPECT_GT(between, 20);
+  EXPECT_GT(apart, 0.05);
+}
+
+TEST(LeavesByPlace, SharesAreContinuousAndHoldOutsideTheBox) {
+  LeavesByPlace places;
+  places.grid.box = Eigen::AlignedBox3d(Eigen::Vector3d(-1, 0, 2), Eigen::Vector3d(1, 0, 3));  // flat along y
+  places.grid.count = {3, 1, 2};
+  places.kind = {0, 1, 2, 1, 1, 0};
+  places.kinds.resize(3);
+  double a[3], b[3];
+  places.Shares({-5, 7, -9}, a);
+  EXPECT_EQ(a[0], 1);
+  places.Shares({0.5, 0, 2}, a);
+  EXPECT_EQ(a[1], 0.5);
+  EXPECT_EQ(a[2], 0.5);
+  std::mt19937 engine(5);
+  std::uniform_real_distribution<double> at(-2, 4);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3d p(at(engine), at(engine), at(engine));
+    places.Shares(p, a);
+    places.Shares(p + Eigen::Vector3d::Constant(1e-6), b);
+    EXPECT_NEAR(a[0] + a[1] + a[2], 1, 1e-12);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(a[k], b[k], 5e-6);
+  }
 }
 
 TEST(Optimum, RowsFollowTheRaysWhateverTheirOrder) {

@@ -76,6 +76,107 @@ TEST_F(RenderCommand, APathFromSparseSamplesSaysHowNearItIsToAWeightAtEveryPixel
   EXPECT_THROW(Run(wrong), UsageError);
 }
 
+TEST_F(RenderCommand, PartsOfAPathJoinToTheWholesBytes) {
+  WriteCapture(9);
+  const auto of_path = [&](const char* out) {
+    RenderOptions o = Options(out);
+    o.seconds = 0.5;
+    o.fps = 14;  // 7 frames
+    o.width_px = 40;
+    return o;
+  };
+  const Json whole = Run(of_path("whole"));
+  ASSERT_EQ(whole["frames"], 7);
+  RenderOptions part = of_path("parts");
+  part.shard = ShardOf{1, 3};
+  EXPECT_EQ(Run(part)["frames"], 2);  // 2 and 3
+  EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000002.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "parts" / "frames" / "frame_000004.png"));
+  part.shard.reset();
+  part.frames = FrameRange{4, 6};
+  EXPECT_EQ(Run(part)["frames"], 3);
+  part.frames.reset();
+  part.shard = ShardOf{0, 3};
+  EXPECT_EQ(Run(part)["frames"], 2);
+  const Json again = Run(part);
+  EXPECT_EQ(again["frames_reused"], 2) << "a part that was made is not made again";
+  // The whole takes the parts' frames, and adds the film.
+  RenderOptions joined = of_path("parts");
+  joined.video = true;
+  const Json j = Run(joined);
+  EXPECT_EQ(j["frames"], 7);
+  EXPECT_EQ(j["frames_reused"], 7);
+  for (int i = 0; i < 7; ++i) {
+    const fs::path name = fs::path("frames") / ("frame_00000" + std::to_string(i) + ".png");
+    EXPECT_EQ(ReadText(folder_ / "whole" / name), ReadText(folder_ / "parts" / name)) << i;
+  }
+  // Frames of other settings are neither joined nor lost.
+  RenderOptions other = part;
+  other.settings.k = 2;
+  other.decided.Add("k");
+  try {
+    Run(other);
+    FAIL() << "frames of other settings were joined";
+  } catch (const UsageError& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("settings"));
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000006.png"));
+}
+
+TEST_F(RenderCommand, APartOfAPathIsRefusedWhereItWouldSayNothing) {
+  WriteCapture(9);
+  const auto refused = [&](auto change) {
+    RenderOptions o = Options("refused");
+    o.seconds = 0.5;
+    o.fps = 4;
+    o.width_px = 16;
+    o.shard = ShardOf{0, 2};
+    change(o);
+    EXPECT_THROW(Run(o), UsageError);
+  };
+  refused([](RenderOptions& o) { o.frames = FrameRange{0, 1}; });
+  refused([](RenderOptions& o) { o.video = true; });
+  refused([](RenderOptions& o) { o.output = o.output.string() + ".mp4"; });
+  refused([](RenderOptions& o) { o.budget_ms = 10; });
+  refused([](RenderOptions& o) { o.fidelity_db = 40; });
+  refused([](RenderOptions& o) { o.holdout = 8; });
+  refused([&](RenderOptions& o) { o.view = capture_.scene.views[0].name; });
+  refused([](RenderOptions& o) {
+    o.shard.reset();
+    o.frames = FrameRange{1, 2};  // of two frames
+  });
+  for (const char* text : {"", "1", "1/1", "2/2", "-1/2", "1/2x", "a/b", "0/0", "99999999999/999999999999"})
+    EXPECT_THROW(ShardFrom(text), UsageError) << text;
+  for (const char* text : {"", "-", "3-2", "1-", "-1", "1-2-3", "x"})
+    EXPECT_THROW(FrameRangeFrom(text), UsageError) << text;
+  EXPECT_EQ(FrameRangeFrom("7").last, 7U);
+  EXPECT_EQ(ShardFrom("1/4").count, 4);
+}
+
+TEST_F(RenderCommand, PhotosThatDoNotFitIntoMemoryGiveTheSameFrames) {
+  capture_ = test::MakeCapture(13, 400);  // 6 MB with their pyramids, and 4 MB is the least that photos are left
+  WriteCapture();
+  RenderOptions o = StandingStill("all");
+  o.settings.k = 2;
+  o.decided.Add("k");
+  const Json all = Run(o);
+  EXPECT_FALSE(all.contains("photos_in_memory"));
+  o.output = folder_ / "some";
+  o.memory_mb = 1;
+  const Json some = Run(o);
+  ASSERT_TRUE(some.contains("photos_in_memory"));
+  EXPECT_GT(some["photos_in_memory"]["read"], 0);
+  EXPECT_LE(some["photos_in_memory"]["most_mb"], 4.0);
+  const fs::path frame = fs::path("frames") / "frame_000001.png";
+  EXPECT_EQ(ReadText(folder_ / "all" / frame), ReadText(folder_ / "some" / frame));
+  // What would read all of them says so.
+  o.output = folder_ / "measured";
+  o.settings.similarity = Similarity::kFull;
+  o.settings.correlation = Correlation::kMeasured;
+  o.decided.Add("similarity");
+  EXPECT_THROW(Run(o), UsageError);
+}
+
 TEST_F(RenderCommand, MeasuredCorrelationBecomesLeavesThatTheSummaryNames) {
   WriteCapture(25);
   RenderOptions o = Options("measured");
@@ -89,6 +190,15 @@ TEST_F(RenderCommand, MeasuredCorrelationBecomesLeavesThatTheSummaryNames) {
   EXPECT_GE(j["correlation"]["bins"].size(), 3u);
   RenderOptions wrong = o;
   wrong.settings.r_max_rad *= 2;
+  EXPECT_THROW(Run(wrong), UsageError);
+  // By place: what the summary says can be given back, and is measured again.
+  o.settings.correlation_regions = 3;
+  const Json places = Run(o);
+  EXPECT_EQ(places["settings"]["correlation"], "measured");
+  EXPECT_GE(places["correlation"]["kinds"].size(), 1u);
+  EXPECT_NE(places["psnr_mean_db"], j["psnr_mean_db"]);
+  wrong = o;
+  wrong.settings.correlation = Correlation::kFallingLeaves;
   EXPECT_THROW(Run(wrong), UsageError);
 }
 
@@ -113,6 +223,10 @@ TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersO
   refused([](RenderOptions& r) { r.settings.grid_columns = r.settings.grid_rows = 25; });
   refused([](RenderOptions& r) { r.settings.similarity = Similarity::kFull; });
   refused([](RenderOptions& r) { r.backend = "gl"; });
+  refused([](RenderOptions& r) {
+    r.settings.k = 2;
+    r.decided.Add("k");
+  });
   refused([](RenderOptions& r) { r.show = "weights"; });
   refused([](RenderOptions& r) { r.budget_ms = 30; });
   refused([](RenderOptions& r) {

@@ -1,0 +1,116 @@
+#include "render/photos/photo_cache.h"
+
+#include <algorithm>
+
+#include "scene/program/parallel.h"
+
+namespace lumi {
+namespace {
+
+// Of a pyramid on an RGB image.
+std::size_t PyramidBytes(Eigen::Vector2i size) {
+  std::size_t bytes = 0;
+  for (;;) {
+    bytes += 3 * static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
+    if (size.maxCoeff() <= 1) return bytes;
+    size = (size / 2).cwiseMax(1);
+  }
+}
+
+Eigen::Vector2i SizeOf(const Scene& scene, std::size_t view) {
+  const Camera& camera = scene.CameraOf(scene.views[view]);
+  return {camera.width_px, camera.height_px};
+}
+
+std::size_t HeldBy(const Photo& photo) {
+  std::size_t bytes = 0;
+  for (const Image8& level : photo.levels) bytes += level.data.size();
+  return bytes;
+}
+
+constexpr int kMostHalvings = 16;
+
+}  // namespace
+
+PhotoCache::PhotoCache(const Scene& scene, std::size_t budget_bytes)
+    : scene_(scene), budget_(budget_bytes), photos_(scene.views.size()), used_(scene.views.size(), 0) {}
+
+std::size_t PhotoCache::BytesOf(const Scene& scene) {
+  std::size_t bytes = 0;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) bytes += PyramidBytes(SizeOf(scene, v));
+  return bytes;
+}
+
+std::size_t PhotoCache::Bytes(std::size_t photo, int shift) const {
+  Eigen::Vector2i size = SizeOf(scene_, photo);
+  for (int i = 0; i < shift; ++i) size = (size / 2).cwiseMax(1);
+  return PyramidBytes(size);
+}
+
+void PhotoCache::Drop(std::size_t photo) {
+  held_ -= HeldBy(photos_[photo]);
+  photos_[photo] = {};
+}
+
+// Gives up photos that no Bring from `keep_from` on wanted, the ones used longest ago first, until so many bytes more
+// fit.
+void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
+  if (held_ + bytes <= budget_) return;
+  std::vector<std::size_t> idle;
+  for (std::size_t v = 0; v < photos_.size(); ++v)
+    if (!photos_[v].levels.empty() && used_[v] < keep_from) idle.push_back(v);
+  std::ranges::sort(idle, {}, [&](std::size_t v) { return std::pair(used_[v], v); });
+  for (const std::size_t v : idle) {
+    if (held_ + bytes <= budget_) return;
+    Drop(v);
+  }
+}
+
+void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
+  ++number_;
+  int shift = 0;
+  const auto together = [&] {
+    std::size_t bytes = 0;
+    for (const std::int32_t v : wanted) bytes += Bytes(static_cast<std::size_t>(v), shift);
+    return bytes;
+  };
+  while (shift < kMostHalvings && together() > budget_) ++shift;
+  counts_.most_halved = std::max(counts_.most_halved, shift);
+
+  std::vector<std::size_t> absent;
+  std::size_t bytes = 0;
+  for (const std::int32_t view : wanted) {
+    const auto v = static_cast<std::size_t>(view);
+    used_[v] = number_;
+    Photo& photo = photos_[v];
+    if (!photo.levels.empty() && photo.level0_shift > shift) Drop(v);
+    if (photo.levels.empty()) {
+      absent.push_back(v);
+      bytes += Bytes(v, shift);
+      continue;
+    }
+    // Finer than there is room for.
+    const auto finer =
+        std::min(static_cast<std::size_t>(std::max(0, shift - photo.level0_shift)), photo.levels.size() - 1);
+    if (finer == 0) continue;
+    held_ -= HeldBy(photo);
+    photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
+    photo.level0_shift += static_cast<int>(finer);
+    held_ += HeldBy(photo);
+  }
+  MakeRoom(bytes, number_);
+  ParallelFor(absent.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Photo photo = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
+      const auto finer = std::min(static_cast<std::size_t>(shift), photo.levels.size() - 1);
+      photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
+      photo.level0_shift = static_cast<int>(finer);
+      photos_[absent[i]] = std::move(photo);
+    }
+  });
+  for (const std::size_t v : absent) held_ += HeldBy(photos_[v]);
+  counts_.read += static_cast<long>(absent.size());
+  counts_.most = std::max(counts_.most, held_);
+}
+
+}  // namespace lumi
