@@ -39,6 +39,9 @@ fi
 install_packages
 # The pages that lumi-export writes are looked at in a real browser; where there is none to be had, that test says so.
 (install_packages chromium) || say "skipped: the pages of lumi-export in a browser (no Chromium)"
+if [ -n "$everything" ]; then
+  (install_packages slurmctld slurmd slurm-client munge) || say "skipped: stages as jobs of a Slurm cluster (no Slurm)"
+fi
 build "$preset" "${targets[@]}"
 # COLMAP, OpenCV and Embree keep what they allocate until the end: leaks of ours show in the objects' own tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <set>
 
+#include "pipeline/batch.h"
+#include "pipeline/executor/slurm.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/price.h"
 #include "pipeline/stabilize/stabilize_video.h"
@@ -107,6 +110,40 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
   app.Pass("--homographies", steady.reconstruct_arguments, "auto, always or never (as lumi-reconstruct)");
 }
 
+// --executor and what goes with it.
+struct Where {
+  std::string executor = "local";
+  SlurmOptions slurm;
+  std::filesystem::path batch;
+
+  // nullptr: here.
+  std::shared_ptr<lumi::Executor> Executor(int threads) {
+    if (executor == "local") {
+      if (!slurm.partition.empty() || !slurm.options.empty())
+        throw UsageError(
+            fmt::format("{} goes with --executor slurm", slurm.partition.empty() ? "--sbatch-option" : "--partition"));
+      return nullptr;
+    }
+    slurm.cpus = threads;
+    return MakeSlurmExecutor(slurm);
+  }
+};
+
+// The line without what is the batch's own: each capture's run gets the rest. --json comes by itself.
+std::vector<std::string> WithoutBatch(int argc, char** argv) {
+  const std::set<std::string> with_value{"--batch", "-o", "--output", "--executor", "--partition", "--sbatch-option"};
+  std::vector<std::string> rest;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i], name = word.substr(0, word.find('='));
+    if (name == "--json" || (word.starts_with("-o") && word.size() > 2)) continue;
+    if (!with_value.contains(name))
+      rest.push_back(word);
+    else if (name == word)
+      ++i;
+  }
+  return rest;
+}
+
 }  // namespace
 }  // namespace lumi
 
@@ -119,12 +156,12 @@ int main(int argc, char** argv) {
   PipelineOptions options;
   std::string stabilize;
   bool tradeoff = false;
+  Where where;
   StabilizeVideoOptions steady;
   Options& app = program.options();
   app.Add("INPUT", options.inputs,
           "Folder of photos, a video, a COLMAP workspace (images + sparse), transforms.json or a folder with one, or a "
-          "scene. Several videos: hand-held clips of one place")
-      .Required();
+          "scene. Several videos: hand-held clips of one place");
   app.Add("-o,--output", options.output, "Folder of the scene; may be left out where INPUT is a scene");
   app.Add("--proxy", options.proxy, "How the proxy is made")
       .OneOf({"auto", "plane", "planes", "box", "delaunay", "dense", "moving", "hull"})
@@ -170,10 +207,31 @@ int main(int argc, char** argv) {
       "takes longer. With --stabilize: the frames a picture may use, k, rounds of the path, size, least width and "
       "cutoffs against stability, kept area, distortion and seconds, on the first window: OUT-work/tradeoff.json "
       "and .svg");
+  app.Group("Several machines, many captures");
+  app.Add("--executor", where.executor, "Where stages run: here, or as jobs of a Slurm cluster")
+      .OneOf({"local", "slurm"})
+      .Default();
+  app.Add("--partition", where.slurm.partition, "slurm: of the cluster; default: its own default");
+  app.Add("--sbatch-option", where.slurm.options,
+          "slurm: passed on to sbatch, as --sbatch-option=--time=60; may be given again")
+      .OneEach();
+  app.Add("--batch", where.batch,
+          "A text file with an input a line: each becomes OUT/NAME with these options, one after the other, or all at "
+          "once as jobs");
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 
   program.RunAndExit(argc, argv, [&]() -> Answer {
+    if (!where.batch.empty()) {
+      if (!options.inputs.empty())
+        throw UsageError("--batch names the inputs, and INPUT is given as well", "give one of them");
+      // Beside the batch's own files: OUT/NAME are scenes.
+      where.slurm.folder = options.output / "jobs";
+      return RunBatch({where.batch, options.output, WithoutBatch(argc, argv), where.Executor(program.threads())},
+                      program.progress());
+    }
+    if (options.inputs.empty())
+      throw UsageError("INPUT is missing", "name a folder of photos, a video, a COLMAP workspace or a scene");
     options.input = options.inputs.front();
     if (options.inputs.size() > 1 && (options.periodic || !stabilize.empty()))
       throw UsageError(fmt::format("{} takes one video, and {} were given",
@@ -184,6 +242,8 @@ int main(int argc, char** argv) {
       steady.output = options.output;
       steady.model = stabilize;
       steady.threads = program.threads();
+      where.slurm.folder = options.output.parent_path() / (options.output.stem().string() + "-work") / "jobs";
+      steady.executor = where.Executor(program.threads());
       steady.seed = program.seed();
       steady.tradeoff = tradeoff;
       if (options.minutes) throw UsageError("--minutes is for a scene, and --stabilize makes a film");
@@ -197,6 +257,9 @@ int main(int argc, char** argv) {
       throw UsageError(given.front() + " goes with --stabilize");
     options.threads = program.threads();
     options.seed = program.seed();
+    where.slurm.folder =
+        (options.output.empty() ? options.input : options.output) / (tradeoff ? "tradeoff" : "provenance") / "jobs";
+    options.executor = where.Executor(program.threads());
     if (tradeoff) return RunPipelinePrice(options, program.progress());
     return RunPipeline(options, program.progress());
   });

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace lumi {
+
+class Executor;
 
 struct PipelineOptions {
   std::filesystem::path input;                     // folder of photos, a video, a COLMAP workspace, or a scene of ours
@@ -41,7 +44,8 @@ struct PipelineOptions {
   double video_seconds = 6;
   // The fly-through's frames may be so far from a weight at every pixel (PSNR), which buys their speed. 0: not at all.
   double video_fidelity_db = 40;
-  int threads = 0;  // 0: all cores
+  int threads = 0;                               // 0: all cores
+  std::shared_ptr<Executor> executor = nullptr;  // where stages run; none: here
   unsigned long long seed = 0;
 };
 

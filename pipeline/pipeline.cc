@@ -244,13 +244,21 @@ class Run {
     summary_.stages.push_back(std::move(stage));
   }
 
-  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments) {
+  // `wanted`: see ExecutedStage.
+  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments,
+             const std::string& wanted = {}) {
     for (const auto& [key, value] :
          {std::pair{"--threads", std::to_string(options_.threads)}, {"--seed", std::to_string(options_.seed)}}) {
       arguments.emplace_back(key);
       arguments.push_back(value);
     }
-    SiblingStage stage{name, program, std::move(arguments), static_cast<int>(summary_.stages.size()) + 1, count_};
+    SiblingStage stage{name,
+                       program,
+                       std::move(arguments),
+                       static_cast<int>(summary_.stages.size()) + 1,
+                       count_,
+                       options_.executor.get(),
+                       wanted};
     Add(RunSiblingStage(stage, progress_));
   }
 
@@ -307,7 +315,7 @@ class Run {
       return;
     }
     arguments.insert(arguments.begin(), paths.begin(), paths.end());
-    Start(name, program, std::move(arguments));
+    Start(name, program, std::move(arguments), JsonKeys(wanted).Text());
     wanted.seconds = summary_.stages.back().seconds;
     const FolderLock lock(summary_.scene);
     WriteTextAtomically(record, summary_.stages.back().summary.Text());

@@ -70,7 +70,10 @@ double ChoosingPsnr(const fs::path& scene, const PipelineOptions& options, Progr
       RunSiblingStage({"choosing",
                        "lumi-render",
                        {scene.string(), "--holdout", std::to_string(options.holdout), "--fold", "choose", "--backend",
-                        options.render_backend, "--threads", std::to_string(options.threads)}},
+                        options.render_backend, "--threads", std::to_string(options.threads)},
+                       1,
+                       1,
+                       options.executor.get()},
                       progress);
   return measured.summary.As<sibling::HoldoutSummary>().psnr_mean_db.value_or(kNone);
 }

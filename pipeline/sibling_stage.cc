@@ -26,10 +26,10 @@ bool HadNothingToDo(const JsonKeys& summary) {
 
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress) {
   try {
-    const SiblingAnswer answer =
-        RunSibling({stage.program, stage.arguments,
-                    fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name), stage.name + ": "},
-                   progress);
+    const Sibling sibling{stage.program, stage.arguments,
+                          fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name), stage.name + ": "};
+    const SiblingAnswer answer = stage.executor ? stage.executor->Run({stage.name, sibling, stage.wanted}, progress)
+                                                : RunSibling(sibling, progress);
     return {stage.name, answer.seconds, HadNothingToDo(answer.summary), answer.summary, answer.seconds};
   } catch (const Interrupted&) {
     throw;

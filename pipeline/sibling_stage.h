@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/executor/executor.h"
 #include "scene/files/json_keys.h"
 #include "scene/program/progress.h"
 
@@ -22,6 +23,8 @@ struct SiblingStage {
   std::string program;                 // "lumi-reconstruct"
   std::vector<std::string> arguments;  // without --json
   int number = 1, count = 1;           // "stage 2/5"
+  Executor* executor = nullptr;        // where it runs; none: here
+  std::string wanted = {};             // as ExecutedStage has it
 };
 
 // Throws lumi::Error with the program's own exit code, message, file and hint where it failed; Interrupted on Ctrl-C,

@@ -81,7 +81,7 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
         if (turned && *dial.option != '\0') arguments.insert(arguments.end(), {dial.option, value});
         arguments.insert(arguments.end(),
                          {"--threads", std::to_string(options.threads), "--seed", std::to_string(options.seed)});
-        return RunSiblingStage({name, program, arguments, number, count}, progress);
+        return RunSiblingStage({name, program, arguments, number, count, options.executor.get()}, progress);
       };
       const std::string scene = (window / "scene").string();
       const StageResult solved =

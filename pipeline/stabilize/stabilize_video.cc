@@ -143,8 +143,9 @@ class StabilizeRun {
   StageResult Start(const std::string& name, const std::string& program, std::vector<std::string> arguments,
                     int number) {
     for (const std::string& a : Common()) arguments.push_back(a);
-    return RunSiblingStage({name, program, std::move(arguments), number, std::max(number, expected_windows_)},
-                           progress_);
+    return RunSiblingStage(
+        {name, program, std::move(arguments), number, std::max(number, expected_windows_), o_.executor.get()},
+        progress_);
   }
 
   // What an earlier run made for the same input and options stays; else the folder begins anew.

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@
 #include "scene/tradeoff/table.h"
 
 namespace lumi {
+
+class Executor;
 
 struct StabilizeVideoOptions {
   std::filesystem::path input, output;  // a video; OUT.mp4
@@ -35,6 +38,7 @@ struct StabilizeVideoOptions {
   bool score = true;          // input and output compared (lumi-stabilize score)
   bool tradeoff = false;      // the dials against stability and seconds, on the first window
   int threads = 0;
+  std::shared_ptr<Executor> executor = nullptr;  // where stages run; none: here
   unsigned long long seed = 0;
 };
 // Empty, or what is wrong.

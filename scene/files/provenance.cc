@@ -19,17 +19,13 @@ namespace {
 constexpr std::uintmax_t kWholeBytes = 1 << 20;  // files up to here are hashed whole
 constexpr std::size_t kSampleBytes = 1 << 16;    // of larger ones: so much of head and tail
 
-std::string Hash(const std::string& bytes) {
-  return fmt::format("{:016x}", OIIO::xxhash::XXH64(bytes.data(), bytes.size(), 0));
-}
-
 InputError Unreadable(const fs::path& path) { return InputError(path, "cannot be read"); }
 
 std::string FileFingerprint(const fs::path& path) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw Unreadable(path);
-  if (size <= kWholeBytes) return fmt::format("{}-{}", size, Hash(ReadText(path)));
+  if (size <= kWholeBytes) return fmt::format("{}-{}", size, HashOf(ReadText(path)));
   std::ifstream in = OpenToRead(path);
   std::string ends(2 * kSampleBytes, '\0');
   in.read(ends.data(), kSampleBytes);
@@ -38,7 +34,7 @@ std::string FileFingerprint(const fs::path& path) {
   if (!in) throw Unreadable(path);
   const auto time =
       std::chrono::duration_cast<std::chrono::nanoseconds>(fs::last_write_time(path).time_since_epoch()).count();
-  return fmt::format("{}-{}-{}", size, time, Hash(ends));
+  return fmt::format("{}-{}-{}", size, time, HashOf(ends));
 }
 
 fs::path ProvenancePath(const fs::path& scene_folder, const std::string& stage) {
@@ -62,9 +58,13 @@ std::string FirstDifference(const char* what, const std::map<std::string, std::s
 
 }  // namespace
 
-static void ListKeys(JsonKeys& j, Provenance& p) {
+void ListKeys(JsonKeys& j, Provenance& p) {
   j("stage", p.stage, "version", p.version, "options", p.options, "inputs", p.inputs, "outputs", p.outputs, "seconds",
     p.seconds);
+}
+
+std::string HashOf(const std::string& bytes) {
+  return fmt::format("{:016x}", OIIO::xxhash::XXH64(bytes.data(), bytes.size(), 0));
 }
 
 std::string Fingerprint(const fs::path& path) {
@@ -88,7 +88,7 @@ std::string Fingerprint(const fs::path& path) {
   std::sort(names.begin(), names.end());
   std::string all;
   for (const std::string& name : names) all += name + '\0' + FileFingerprint(path / name) + '\n';
-  return fmt::format("{}-files-{}", names.size(), Hash(all));
+  return fmt::format("{}-files-{}", names.size(), HashOf(all));
 }
 
 void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/files/json_keys.h"
+
 namespace lumi {
 
 struct Provenance {
@@ -19,9 +21,14 @@ struct Provenance {
   double seconds = 0;
 };
 
+void ListKeys(JsonKeys& j, Provenance& p);
+
 // Content hash (XXH64 of the bytes, size in front) for files up to 1 MB; size, time and the hash of head and tail for
 // larger ones. A folder: of the sorted names and fingerprints of its files. "absent" where there is nothing.
 std::string Fingerprint(const std::filesystem::path& path);
+
+// XXH64, sixteen hexadecimal digits.
+std::string HashOf(const std::string& bytes);
 
 // In place of an output's fingerprint: a file that later stages change. It has to be there.
 inline constexpr const char* kChangedLater = "changed by later stages";

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "scene/program/child_progress.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/subprocess.h"
@@ -21,49 +20,61 @@ struct FailedSummary {
 };
 void ListKeys(JsonKeys& j, FailedSummary& s) { j("error", s.error); }
 
-[[noreturn]] void ThrowFailure(const std::string& program, const SubprocessResult& result, const Failure& failure,
+[[noreturn]] void ThrowFailure(const std::string& program, int exit_code, const Failure& failure,
                                const std::string& last_line) {
   const bool said = failure.code >= 0;
-  if ((said ? failure.code : result.exit_code) == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();
+  if ((said ? failure.code : exit_code) == static_cast<int>(ExitCode::kInterrupted)) throw Interrupted();
   if (said) throw Error(static_cast<ExitCode>(failure.code), failure.message, failure.file, failure.hint);
   constexpr int kKilled = 128 + 9;
-  if (result.exit_code == kKilled)
+  if (exit_code == kKilled)
     throw MachineError(program + " was killed from outside",
                        "the machine may be short of memory; a second run goes on from here");
-  throw Error(ExitCode::kBug, fmt::format("{} ended with code {}{}", program, result.exit_code,
+  throw Error(ExitCode::kBug, fmt::format("{} ended with code {}{}", program, exit_code,
                                           last_line.empty() ? " without a word" : ": " + last_line));
 }
 
 }  // namespace
 
-SiblingAnswer RunSibling(const Sibling& sibling, ProgressSink& progress) {
-  CheckInterrupted();
+std::vector<std::string> SiblingCommand(const Sibling& sibling) {
   std::vector<std::string> argv{SiblingProgram(sibling.program).string()};
   argv.insert(argv.end(), sibling.arguments.begin(), sibling.arguments.end());
   argv.push_back("--json");
+  return argv;
+}
 
-  ChildProgress display(progress, sibling.task);
-  // A failing program says so in a line of its own, which is thrown, not shown: it begins with the program's name.
-  std::string own_line;
+SiblingOutput::SiblingOutput(const Sibling& sibling, ProgressSink& progress)
+    : sibling_(sibling), progress_(progress), display_(progress, sibling.task) {}
+
+void SiblingOutput::Line(const std::string& line) {
+  last_line_ = line;
+  if (const auto parsed = ParseProgressLine(line))
+    display_.Show(*parsed);
+  else if (line.starts_with(sibling_.program + ": "))
+    // A failing program says so in a line of its own, which is thrown, not shown: it begins with the program's name.
+    own_line_ = line.substr(sibling_.program.size() + 2);
+  else
+    progress_.Message(sibling_.speaker + line);
+}
+
+SiblingAnswer SiblingOutput::Answer(int exit_code, const std::string& out, double seconds) {
+  const auto summary = JsonKeys::Parse(out);
+  if (exit_code != 0)
+    ThrowFailure(sibling_.program, exit_code, summary ? summary->As<FailedSummary>().error : Failure(),
+                 own_line_.empty() ? last_line_ : own_line_);
+  if (!summary) throw Error(ExitCode::kBug, sibling_.program + " printed no JSON summary");
+  if (!own_line_.empty()) progress_.Message(sibling_.speaker + own_line_);
+  return {*summary, seconds};
+}
+
+SiblingAnswer RunSibling(const Sibling& sibling, ProgressSink& progress) {
+  CheckInterrupted();
+  SiblingOutput output(sibling, progress);
   SubprocessOptions options;
   options.separate_stdout = true;
   options.environment["LUMI_PROGRESS_PIPE"] = "1";
-  options.on_line = [&](const std::string& line) {
-    if (const auto parsed = ParseProgressLine(line))
-      display.Show(*parsed);
-    else if (line.starts_with(sibling.program + ": "))
-      own_line = line.substr(sibling.program.size() + 2);
-    else
-      progress.Message(sibling.speaker + line);
-  };
-  const SubprocessResult result = RunSubprocess(argv, options);
-  const auto summary = JsonKeys::Parse(result.out);
-  if (result.exit_code != 0)
-    ThrowFailure(sibling.program, result, summary ? summary->As<FailedSummary>().error : Failure(),
-                 own_line.empty() && !result.tail.empty() ? result.tail.back() : own_line);
-  if (!summary) throw Error(ExitCode::kBug, sibling.program + " printed no JSON summary");
-  if (!own_line.empty()) progress.Message(sibling.speaker + own_line);
-  return {*summary, result.seconds};
+  options.on_line = [&](const std::string& line) { output.Line(line); };
+  const SubprocessResult result = RunSubprocess(SiblingCommand(sibling), options);
+  return output.Answer(result.exit_code, result.out, result.seconds);
 }
 
 }  // namespace lumi

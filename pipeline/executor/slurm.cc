@@ -1,0 +1,309 @@
+#include "pipeline/executor/slurm.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
+#include "scene/program/error.h"
+#include "scene/program/interrupt.h"
+#include "scene/program/stopwatch.h"
+#include "scene/program/subprocess.h"
+
+namespace lumi {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kMostSubmissions = 4;         // of one stage whose nodes are lost
+constexpr double kControllerSeconds = 600;  // without an answer until the job is given up for lost
+
+struct Printed {
+  int code = 0;
+  std::string out, said;
+};
+
+Printed Command(const std::vector<std::string>& argv) {
+  SubprocessOptions options;
+  options.separate_stdout = true;
+  const SubprocessResult r = RunSubprocess(argv, options);
+  return {r.exit_code, r.out, r.tail.empty() ? std::string() : r.tail.back()};
+}
+
+// For sh, whatever is in it.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::optional<std::string> TextOf(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  try {
+    return ReadText(file);
+  } catch (const InputError&) {
+    return std::nullopt;  // gone meanwhile
+  }
+}
+
+std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+// The lines that a job has added to a file since the last look; a job that was begun anew writes it anew.
+class NewLines {
+ public:
+  explicit NewLines(fs::path file) : file_(std::move(file)) {}
+  // all: also a last one without its end.
+  void Read(const std::function<void(const std::string&)>& line, bool all) {
+    std::ifstream in(file_, std::ios::binary);
+    if (!in) return;
+    in.seekg(0, std::ios::end);
+    const auto size = static_cast<std::streamoff>(in.tellg());
+    if (size < at_) {
+      at_ = 0;
+      rest_.clear();
+    }
+    in.seekg(at_);
+    std::string added(static_cast<std::size_t>(size - at_), '\0');
+    in.read(added.data(), static_cast<std::streamsize>(added.size()));
+    added.resize(static_cast<std::size_t>(in.gcount()));
+    at_ += static_cast<std::streamoff>(added.size());
+    rest_ += added;
+    std::size_t begin = 0;
+    for (std::size_t end; (end = rest_.find('\n', begin)) != std::string::npos; begin = end + 1)
+      line(rest_.substr(begin, end - begin));
+    rest_.erase(0, begin);
+    if (all && !rest_.empty()) line(std::exchange(rest_, {}));
+  }
+
+ private:
+  fs::path file_;
+  std::streamoff at_ = 0;
+  std::string rest_;
+};
+
+struct JobFiles {
+  explicit JobFiles(fs::path at) : folder(std::move(at)) {}
+  fs::path folder, script = folder / "job.sh", id = folder / "id", answer = folder / "answer.json",
+                   lines = folder / "lines.txt", node = folder / "node", seconds = folder / "seconds",
+                   ended = folder / "ended";
+};
+
+// `ended` is renamed into its place when all else is written; a job that was requeued begins with clean files.
+std::string ScriptOf(const std::vector<std::string>& command, const JobFiles& files) {
+  std::string text = "#!/bin/sh\n";
+  text += "cd " + Quoted(files.folder.string()) + " || exit 1\n";
+  text += "rm -f ended ended.part\nhostname >node\nstart=$(date +%s.%N)\n";
+  text += "cd " + Quoted(fs::current_path().string()) + " || exit 1\n";
+  text += "LUMI_PROGRESS_PIPE=1";
+  for (const std::string& part : command) text += " " + Quoted(part);
+  text += fmt::format(" >{} 2>{} </dev/null\n", Quoted(files.answer.string()), Quoted(files.lines.string()));
+  text += "code=$?\ncd " + Quoted(files.folder.string()) + "\n";
+  text += "echo \"$start $(date +%s.%N)\" >seconds\necho $code >ended.part\nmv ended.part ended\n";
+  return text;
+}
+
+class SlurmExecutor final : public Executor {
+ public:
+  explicit SlurmExecutor(SlurmOptions options) : options_(std::move(options)) {
+    for (const char* program : {"sbatch", "squeue", "scontrol"})
+      if (!FindProgram(program))
+        throw MachineError(fmt::format("{} is not in PATH: --executor slurm needs Slurm's commands", program),
+                           "install slurm-client, or run here: --executor local");
+    if (const Printed p = Command({"squeue", "-h", "-t", "RUNNING"}); p.code != 0)
+      throw MachineError(fmt::format("no Slurm cluster answers: {}", p.said),
+                         "sinfo says more; --executor local runs here");
+    options_.folder = fs::absolute(options_.folder);
+  }
+
+  SiblingAnswer Run(const ExecutedStage& stage, ProgressSink& progress) override {
+    CheckInterrupted();
+    const std::vector<std::string> command = SiblingCommand(stage.sibling);
+    std::string key;
+    for (const std::string& part : command) key += part + '\0';
+    const JobFiles files(options_.folder / (stage.name + "-" + HashOf(key + stage.wanted)));
+    Forget(stage, files);
+    std::string id = IdOf(files);
+    if (!id.empty() && !TextOf(files.ended))
+      progress.Message(fmt::format("{}: job {} was submitted by an earlier run, and is followed", stage.name, id));
+    for (int submission = 1;; ++submission) {
+      if (id.empty()) {
+        id = Submit(stage, command, files);
+        progress.Message(fmt::format("{}: job {}", stage.name, id));
+      }
+      try {
+        if (const auto answer = Follow(stage, id, files, progress)) return *answer;
+      } catch (const Interrupted&) {
+        progress.Message(
+            fmt::format("{}: job {} goes on; the same command follows it, and scancel {} ends it", stage.name, id, id));
+        throw;
+      }
+      if (submission == kMostSubmissions)
+        throw MachineError(fmt::format("{}: lost its node {} times", stage.name, kMostSubmissions),
+                           "sinfo says which nodes are down", files.folder);
+      progress.Message(fmt::format("{}: job {} was lost with its node, and is submitted again", stage.name, id));
+      id.clear();
+    }
+  }
+
+ private:
+  // What an earlier run left is nothing to go on from where it failed, or where it may be of other inputs.
+  static void Forget(const ExecutedStage& stage, const JobFiles& files) {
+    const auto ended = TextOf(files.ended);
+    if (!ended || (FirstLine(*ended) == "0" && !stage.wanted.empty())) return;
+    std::error_code ignored;
+    fs::remove_all(files.folder, ignored);
+  }
+
+  static std::string IdOf(const JobFiles& files) {
+    const auto id = TextOf(files.id);
+    return id ? FirstLine(*id) : std::string();
+  }
+
+  std::string Submit(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files) const {
+    std::error_code error;
+    fs::remove_all(files.folder, error);
+    WriteTextAtomically(files.script, ScriptOf(command, files));
+    std::vector<std::string> argv{"sbatch",
+                                  "--parsable",
+                                  "--requeue",
+                                  "--open-mode=append",
+                                  "--job-name=lumi-" + stage.name,
+                                  "--output=" + (files.folder / "slurm.txt").string()};
+    if (!options_.partition.empty()) argv.push_back("--partition=" + options_.partition);
+    argv.push_back(options_.cpus > 0 ? fmt::format("--cpus-per-task={}", options_.cpus) : "--exclusive");
+    argv.insert(argv.end(), options_.options.begin(), options_.options.end());
+    argv.push_back(files.script.string());
+    const Printed p = Command(argv);
+    const std::string id = JobIdFrom(p.out);
+    if (p.code != 0 || id.empty())
+      throw MachineError(fmt::format("{}: sbatch refused the job: {}", stage.name, p.said.empty() ? p.out : p.said),
+                         "sinfo shows partitions and nodes; --partition and --sbatch-option choose", files.script);
+    WriteTextAtomically(files.id, id + "\n");
+    return id;
+  }
+
+  // Its answer; nullopt: the job was lost with its node. Throws what the program failed with.
+  std::optional<SiblingAnswer> Follow(const ExecutedStage& stage, const std::string& id, const JobFiles& files,
+                                      ProgressSink& progress) const {
+    SiblingOutput output(stage.sibling, progress);
+    NewLines lines(files.lines);
+    Stopwatch looked;
+    const Stopwatch followed;
+    double gone_at = -1, silent_at = -1;  // on that watch; < 0: it is not
+    std::string waiting;
+    for (bool first = true;; first = false) {
+      CheckInterrupted();
+      if (const auto ended = TextOf(files.ended)) {
+        lines.Read([&](const std::string& line) { output.Line(line); }, true);
+        return Answer(stage, id, *ended, files, output, progress);
+      }
+      lines.Read([&](const std::string& line) { output.Line(line); }, false);
+      if (first || looked.Seconds() >= options_.look_seconds) {
+        looked.Lap();
+        const Printed p = Command({"scontrol", "show", "job", id, "--oneliner"});
+        const JobState job = JobStateFrom(p.out);
+        const bool unknown = p.code != 0 && p.said.find("Invalid job id") != std::string::npos;
+        if (p.code != 0 && !unknown) {
+          // A controller that is restarted: jobs go on without it.
+          if (silent_at < 0) silent_at = followed.Seconds();
+          if (followed.Seconds() - silent_at > kControllerSeconds)
+            throw MachineError(fmt::format("{}: Slurm's controller does not answer: {}", stage.name, p.said),
+                               fmt::format("job {} may go on; the same command follows it", id), files.folder);
+        } else {
+          silent_at = -1;
+          constexpr std::array<std::string_view, 8> kAlive = {"PENDING",   "RUNNING",  "CONFIGURING", "COMPLETING",
+                                                              "SUSPENDED", "REQUEUED", "STOPPED",     "RESIZING"};
+          const bool alive = !unknown && std::ranges::find(kAlive, std::string_view(job.state)) != kAlive.end();
+          if (alive) {
+            gone_at = -1;
+            // A job that is requeued after its node was lost waits two minutes for nothing.
+            if (job.state == "PENDING" && job.reason == "BeginTime" && job.restarts > 0)
+              Command({"scontrol", "update", "JobId=" + id, "StartTime=now"});
+            if (job.state == "PENDING" && job.reason != waiting)
+              progress.Message(fmt::format("{}: job {} waits ({})", stage.name, id, waiting = job.reason));
+          } else {
+            if (gone_at < 0) gone_at = followed.Seconds();
+            if (followed.Seconds() - gone_at > options_.late_seconds) {
+              RequireNodeLost(stage, id, job, files);
+              return std::nullopt;
+            }
+          }
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll_seconds));
+    }
+  }
+
+  // A job without an answer: ended by somebody, or lost.
+  static void RequireNodeLost(const ExecutedStage& stage, const std::string& id, const JobState& job,
+                              const JobFiles& files) {
+    const auto fail = [&](const std::string& what, const std::string& hint) {
+      throw MachineError(fmt::format("{}: job {} {}", stage.name, id, what), hint, files.folder);
+    };
+    if (job.state == "CANCELLED") fail("was cancelled", "the same command submits it anew");
+    if (job.state == "TIMEOUT" || job.state == "DEADLINE")
+      fail("ran into its time limit", "give it more: --sbatch-option=--time=MINUTES; what it finished is kept");
+    if (job.state == "OUT_OF_MEMORY")
+      fail("ran out of memory", "give it more: --sbatch-option=--mem=MEGABYTES; what it finished is kept");
+    if (job.state == "FAILED" || job.state == "COMPLETED")
+      fail(
+          fmt::format("ended ({}) without an answer", job.state),
+          "its folder, these programs and the scene must be at the same paths on all nodes; slurm.txt there says more");
+  }
+
+  std::optional<SiblingAnswer> Answer(const ExecutedStage& stage, const std::string& id, const std::string& ended,
+                                      const JobFiles& files, SiblingOutput& output, ProgressSink& progress) const {
+    int code = -1;
+    const std::string word = FirstLine(ended);
+    std::from_chars(word.data(), word.data() + word.size(), code);
+    double start = 0, stop = 0;
+    if (std::ifstream in(files.seconds); !(in >> start >> stop)) start = stop = 0;
+    const std::string out = TextOf(files.answer).value_or("");
+    if (code != 0)
+      progress.Message(fmt::format("{}: job {} failed on {}; what it said is in {}", stage.name, id,
+                                   FirstLine(TextOf(files.node).value_or("?")), files.lines.string()));
+    const SiblingAnswer answer = output.Answer(code, out, stop - start);
+    std::error_code ignored;
+    fs::remove_all(files.folder, ignored);
+    fs::remove(files.folder.parent_path(), ignored);  // the last one
+    return answer;
+  }
+
+  SlurmOptions options_;
+};
+
+}  // namespace
+
+std::string JobIdFrom(const std::string& printed) {
+  const std::string id = printed.substr(0, printed.find_first_of(";\n"));
+  return !id.empty() && id.find_first_not_of("0123456789") == std::string::npos ? id : std::string();
+}
+
+JobState JobStateFrom(const std::string& shown) {
+  const auto value = [&](const std::string& key) {
+    const std::size_t at = shown.find(key + "=");
+    if (at == std::string::npos || (at > 0 && shown[at - 1] != ' ')) return std::string();
+    const std::size_t begin = at + key.size() + 1;
+    return shown.substr(begin, shown.find_first_of(" \n", begin) - begin);
+  };
+  const std::string restarts = value("Restarts");
+  JobState job{value("JobState"), value("Reason")};
+  std::from_chars(restarts.data(), restarts.data() + restarts.size(), job.restarts);
+  return job;
+}
+
+std::shared_ptr<Executor> MakeSlurmExecutor(const SlurmOptions& options) {
+  return std::make_shared<SlurmExecutor>(options);
+}
+
+}  // namespace lumi

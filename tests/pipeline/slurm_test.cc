@@ -1,0 +1,271 @@
+// Stages as jobs of a cluster: what is submitted, what is followed, and what is done about jobs that do not end well.
+// The cluster is three shell scripts in PATH, which do as a test says.
+#include "pipeline/executor/slurm.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+#include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
+#include "scene/program/error.h"
+
+namespace lumi {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+struct Heard final : ProgressSink {
+  void Report(const std::string& task, long done, long total, double, double) override {
+    all += task + " " + std::to_string(done) + "/" + std::to_string(total) + "\n";
+  }
+  void Finish(const std::string& task, long, double) override { all += task + " done\n"; }
+  void Message(const std::string& line) override { all += line + "\n"; }
+  std::string all;
+};
+
+void Program(const fs::path& file, const std::string& text) {
+  WriteTextAtomically(file, "#!/bin/sh\n" + text);
+  fs::permissions(file, fs::perms::owner_all);
+}
+
+class Slurm : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = std::getenv("PATH");
+    ::setenv("PATH", (bin().string() + ":" + path_).c_str(), 1);
+    ::setenv("FAKE", folder_.path().c_str(), 1);
+    // What the Nth job does stands in do-N: nothing (it runs), or a word.
+    Program(bin() / "sbatch", R"(n=$(($(cat "$FAKE/count" 2>/dev/null || echo 0) + 1))
+echo $n >"$FAKE/count"
+echo "$@" >>"$FAKE/submitted"
+for script; do :; done
+case $(cat "$FAKE/do-$n" 2>/dev/null) in
+  refuse) echo 'sbatch: error: invalid partition specified: nowhere' >&2; exit 1 ;;
+  lost) echo NODE_FAIL >"$FAKE/state-$n" ;;
+  cancelled) echo CANCELLED >"$FAKE/state-$n" ;;
+  timeout) echo TIMEOUT >"$FAKE/state-$n" ;;
+  mute) echo COMPLETED >"$FAKE/state-$n" ;;
+  wait) echo PENDING >"$FAKE/state-$n"
+    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done; echo RUNNING >"$FAKE/state-$n"; sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
+  *) echo RUNNING >"$FAKE/state-$n"
+    (sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
+esac
+echo "$n;cluster"
+)");
+    Program(bin() / "squeue", "exit 0\n");
+    Program(
+        bin() / "scontrol",
+        R"sh([ ! -e "$FAKE/controller-down" ] || { echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1; }
+[ -e "$FAKE/state-$3" ] || { echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1; }
+echo "JobId=$3 JobName=lumi UserId=root(0) JobState=$(cat "$FAKE/state-$3") Reason=Resources Dependency=(null)"
+)sh");
+    Program(bin() / "lumi-fake", R"(echo "@progress 1 2 counting things" >&2
+echo "a remark" >&2
+[ "$1" != fail ] || { echo "lumi-fake: it does not go: take more" >&2; echo '{"error":{"code":1,"message":"it does not go","hint":"take more"}}'; exit 1; }
+echo run >>"$FAKE/runs"
+printf '{"said":"%s","where":"%s"}' "$1" "$PWD"
+)");
+  }
+  void TearDown() override { ::setenv("PATH", path_.c_str(), 1); }
+
+  fs::path bin() const { return folder_ / "bin"; }
+  fs::path jobs() const { return folder_ / "jobs"; }
+  void Do(int job, const std::string& what) const {
+    WriteTextAtomically(folder_ / ("do-" + std::to_string(job)), what);
+  }
+  SlurmOptions Options() const {
+    SlurmOptions o;
+    o.folder = jobs();
+    o.poll_seconds = 0.05;
+    o.look_seconds = 0.1;
+    o.late_seconds = 0.3;
+    return o;
+  }
+  static ExecutedStage Stage(const std::string& argument, const std::string& wanted = {}) {
+    return {"proxy", {"lumi-fake", {argument}, "stage 1/2 proxy: ", "proxy: "}, wanted};
+  }
+  struct Said {
+    std::string said, where;
+    friend void ListKeys(JsonKeys& j, Said& s) { j("said", s.said, "where", s.where); }
+  };
+  int Lines(const char* file) const {
+    std::error_code error;
+    if (!fs::exists(folder_ / file, error)) return 0;
+    const std::string text = ReadText(folder_ / file);
+    return static_cast<int>(std::ranges::count(text, '\n'));
+  }
+  TemporaryFolder folder_;
+  std::string path_;
+  Heard heard_;
+};
+
+TEST_F(Slurm, AJobsAnswerIsTheProgramsAndItsFilesGo) {
+  SlurmOptions options = Options();
+  options.partition = "fast";
+  options.options = {"--time=60"};
+  options.cpus = 3;
+  const std::string odd = "it's $HOME and spaces; `x` *";
+  const SiblingAnswer answer = MakeSlurmExecutor(options)->Run(Stage(odd), heard_);
+  EXPECT_EQ(answer.summary.As<Said>().said, odd);
+  EXPECT_EQ(answer.summary.As<Said>().where, fs::current_path().string()) << "relative paths mean the same there";
+  EXPECT_GT(answer.seconds, 0);
+  EXPECT_FALSE(fs::exists(jobs()));
+  for (const char* word : {"--partition=fast", "--time=60", "--cpus-per-task=3", "--requeue", "--job-name=lumi-proxy"})
+    EXPECT_THAT(ReadText(folder_ / "submitted"), HasSubstr(word));
+  EXPECT_THAT(heard_.all, HasSubstr("proxy: job 1\n"));
+  EXPECT_THAT(heard_.all, HasSubstr("proxy: a remark\n"));
+  EXPECT_THAT(heard_.all, HasSubstr("stage 1/2 proxy: counting things 1/2"));
+  EXPECT_THAT(heard_.all, Not(HasSubstr("@progress")));
+}
+
+TEST_F(Slurm, WholeNodesAreAskedForWhereNobodySaysHowManyCores) {
+  MakeSlurmExecutor(Options())->Run(Stage("x"), heard_);
+  EXPECT_THAT(ReadText(folder_ / "submitted"), HasSubstr("--exclusive"));
+}
+
+TEST_F(Slurm, AProgramsFailureIsThrownAsItsOwnAndItsLinesStay) {
+  try {
+    MakeSlurmExecutor(Options())->Run(Stage("fail"), heard_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ExitCode::kDataRefused);
+    EXPECT_STREQ(e.what(), "it does not go");
+    EXPECT_EQ(e.hint(), "take more");
+  }
+  EXPECT_THAT(heard_.all, HasSubstr("job 1 failed on "));
+  EXPECT_THAT(heard_.all, HasSubstr("lines.txt"));
+  EXPECT_TRUE(fs::exists(jobs()));
+  // The next run tries again.
+  Program(bin() / "lumi-fake", "echo '{\"said\":\"better\"}'\n");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("fail"), heard_).summary.As<Said>().said, "better");
+  EXPECT_EQ(Lines("submitted"), 2);
+}
+
+TEST_F(Slurm, AJobThatIsLostWithItsNodeIsSubmittedAgain) {
+  Do(1, "lost");
+  Do(2, "lost");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+  EXPECT_EQ(Lines("submitted"), 3);
+  EXPECT_THAT(heard_.all, HasSubstr("job 2 was lost with its node"));
+  for (int job = 4; job < 9; ++job) Do(job, "lost");
+  EXPECT_THROW(MakeSlurmExecutor(Options())->Run(Stage("y"), heard_), MachineError);
+  EXPECT_EQ(Lines("submitted"), 7) << "not for ever";
+}
+
+TEST_F(Slurm, WhatSomebodyEndedIsNotSubmittedAgain) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"cancelled", "was cancelled"}, {"timeout", "time limit"}, {"mute", "without an answer"}};
+  int job = 0;
+  for (const auto& [what, said] : cases) {
+    Do(++job, what);
+    try {
+      MakeSlurmExecutor(Options())->Run(Stage(what), heard_);
+      FAIL() << what;
+    } catch (const MachineError& e) {
+      EXPECT_THAT(e.what(), HasSubstr(said));
+      EXPECT_FALSE(e.hint().empty());
+    }
+    EXPECT_EQ(Lines("submitted"), job);
+  }
+  Do(++job, "refuse");
+  try {
+    MakeSlurmExecutor(Options())->Run(Stage("x"), heard_);
+    FAIL();
+  } catch (const MachineError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("invalid partition"));
+  }
+}
+
+TEST_F(Slurm, ASecondStartFollowsTheJobOfOneThatWasKilled) {
+  Do(1, "wait");
+  const pid_t first = ::fork();
+  if (first == 0) {
+    Heard heard;
+    MakeSlurmExecutor(Options())->Run(Stage("x"), heard);
+    ::_exit(0);
+  }
+  const auto pause = [](int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); };
+  const auto has_id = [&] {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(jobs(), error))
+      if (fs::exists(entry.path() / "id")) return true;
+    return false;
+  };
+  while (!has_id()) pause(10);
+  ::kill(first, SIGKILL);
+  ::waitpid(first, nullptr, 0);
+  std::thread later([&] {
+    pause(300);
+    WriteTextAtomically(folder_ / "controller-down", "");  // restarted: jobs go on
+    pause(300);
+    fs::remove(folder_ / "controller-down");
+    WriteTextAtomically(folder_ / "go", "");
+  });
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+  later.join();
+  EXPECT_EQ(Lines("submitted"), 1);
+  EXPECT_EQ(Lines("runs"), 1);
+  EXPECT_THAT(heard_.all, HasSubstr("job 1 was submitted by an earlier run, and is followed"));
+  EXPECT_THAT(heard_.all, HasSubstr("waits (Resources)"));
+}
+
+// A job that ended while nobody followed it: of a program that records nothing itself its answer counts where it read
+// the same; one that does find out by itself is asked again.
+TEST_F(Slurm, WhatEndedMeanwhileCountsWhereItReadTheSame) {
+  const auto leave = [&](const std::string& wanted) {
+    Do(Lines("submitted") + 1, "lost");
+    SlurmOptions o = Options();
+    try {
+      for (int job = Lines("submitted") + 1; job < Lines("submitted") + 5; ++job) Do(job, "lost");
+      MakeSlurmExecutor(o)->Run(Stage("x", wanted), heard_);
+    } catch (const MachineError&) {
+    }
+    for (const auto& entry : fs::directory_iterator(jobs())) {
+      WriteTextAtomically(entry.path() / "answer.json", R"({"said":"meanwhile"})");
+      WriteTextAtomically(entry.path() / "ended", "0\n");
+    }
+  };
+  leave("photos 1");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x", "photos 1"), heard_).summary.As<Said>().said, "meanwhile");
+  leave("photos 1");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x", "photos 2"), heard_).summary.As<Said>().said, "x");
+  fs::remove_all(jobs());
+  leave("");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+}
+
+TEST_F(Slurm, WithoutSlurmThereIsOneClearLine) {
+  fs::remove(bin() / "sbatch");
+  ::setenv("PATH", bin().c_str(), 1);
+  try {
+    MakeSlurmExecutor(Options());
+    FAIL();
+  } catch (const MachineError& e) {
+    EXPECT_STREQ(e.what(), "sbatch is not in PATH: --executor slurm needs Slurm's commands");
+    EXPECT_THAT(e.hint(), HasSubstr("slurm-client"));
+  }
+}
+
+TEST(SlurmText, IdsAndStatesAreReadAsSlurmPrintsThem) {
+  EXPECT_EQ(JobIdFrom("12345\n"), "12345");
+  EXPECT_EQ(JobIdFrom("12345;cluster\n"), "12345");
+  for (const char* none : {"", "\n", "sbatch: error", "12a"}) EXPECT_EQ(JobIdFrom(none), "") << none;
+  const JobState s = JobStateFrom("JobId=7 JobName=x Priority=1 JobState=NODE_FAIL Reason=NodeDown Restarts=2\n");
+  EXPECT_EQ(JobStateFrom("").state, "");
+  EXPECT_EQ(s.state, "NODE_FAIL");
+  EXPECT_EQ(s.restarts, 2);
+  EXPECT_EQ(s.reason, "NodeDown");
+}
+
+}  // namespace
+}  // namespace lumi
