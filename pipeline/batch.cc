@@ -7,6 +7,7 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -22,6 +23,9 @@ namespace {
 
 // Followed at once; others wait until one has ended.
 constexpr std::size_t kMostAtOnce = 64;
+// Beside the scenes.
+constexpr const char* kJobs = "jobs";
+constexpr const char* kTable = "batch.json";
 
 // Remarks of several captures at once, each with its name; their progress would draw over each other.
 class NamedRemarks final : public ProgressSink {
@@ -56,10 +60,28 @@ void RunOne(const BatchOptions& options, ProgressSink& progress, BatchCapture& c
     capture.seconds = watch.Seconds();
     capture.failed = e.file().empty() ? e.what() : e.file().string() + ": " + e.what();
     capture.code = static_cast<int>(e.code());
+  } catch (const std::exception& e) {
+    capture.seconds = watch.Seconds();
+    capture.failed = e.what();
+    capture.code = static_cast<int>(ExitCode::kBug);
   }
 }
 
 }  // namespace
+
+std::vector<std::string> CaptureArguments(const std::vector<std::string>& line) {
+  const std::set<std::string> with_value{"--batch", "-o", "--output", "--executor", "--partition", "--sbatch-option"};
+  std::vector<std::string> rest;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const std::string name = line[i].substr(0, line[i].find('='));
+    if (name == "--json" || (line[i].starts_with("-o") && line[i].size() > 2)) continue;
+    if (!with_value.contains(name))
+      rest.push_back(line[i]);
+    else if (name == line[i])
+      ++i;
+  }
+  return rest;
+}
 
 std::vector<BatchCapture> ReadBatch(const fs::path& list, const fs::path& output) {
   constexpr std::size_t kLargest = 16 << 20;
@@ -79,7 +101,7 @@ std::vector<BatchCapture> ReadBatch(const fs::path& list, const fs::path& output
     if (!fs::exists(input, error)) throw InputError(list, fmt::format("line {}: {} is not there", number, line));
     // A folder's name may have a dot in it.
     const std::string name = (fs::is_directory(input, error) ? input.filename() : input.stem()).string();
-    if (name.empty() || name == "." || name == "..")
+    if (name.empty() || name == "." || name == ".." || name == kJobs || name == kTable)
       throw InputError(list, fmt::format("line {}: {} has no name that a scene could have", number, line));
     if (const auto [other, fresh] = line_of.emplace(name, number); !fresh)
       throw InputError(
@@ -106,7 +128,7 @@ BatchSummary RunBatch(const BatchOptions& options, ProgressSink& progress) {
     std::mutex mutex;
     std::atomic<std::size_t> next = 0;
     std::exception_ptr stopped;
-    std::vector<std::thread> followers;
+    std::vector<std::jthread> followers;
     for (std::size_t t = 0; t < std::min(kMostAtOnce, summary.captures.size()); ++t)
       followers.emplace_back([&] {
         try {
@@ -122,17 +144,17 @@ BatchSummary RunBatch(const BatchOptions& options, ProgressSink& progress) {
           if (!stopped) stopped = std::current_exception();
         }
       });
-    for (std::thread& f : followers) f.join();
+    for (std::jthread& f : followers) f.join();
     if (stopped) std::rethrow_exception(stopped);
   }
   summary.seconds = watch.Seconds();
   const auto failed = std::ranges::count_if(summary.captures, [](const BatchCapture& c) { return !c.failed.empty(); });
   std::error_code error;
   fs::create_directories(options.output, error);
-  WriteTextAtomically(options.output / "batch.json", JsonKeys(summary).Text(1) + "\n");
+  WriteTextAtomically(options.output / kTable, JsonKeys(summary).Text(1) + "\n");
   if (failed > 0)
     throw DataError(fmt::format("{} of {} captures failed: see {}", failed, summary.captures.size(),
-                                (options.output / "batch.json").string()),
+                                (options.output / kTable).string()),
                     "the same command goes on with them");
   return summary;
 }

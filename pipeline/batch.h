@@ -37,6 +37,10 @@ void ListKeys(JsonKeys& j, BatchCapture& capture);
 void ListKeys(JsonKeys& j, BatchSummary& summary);
 std::string Describe(const BatchSummary& summary);
 
+// A command line of lumi-pipeline without its name and what is the batch's own (--batch, -o, --executor, --partition,
+// --sbatch-option, --json): what each capture's run is given.
+std::vector<std::string> CaptureArguments(const std::vector<std::string>& line);
+
 // The inputs of a list, relative ones from its folder, and their names. Throws InputError naming the line: for what is
 // not there, and two inputs of one name.
 std::vector<BatchCapture> ReadBatch(const std::filesystem::path& list, const std::filesystem::path& output);

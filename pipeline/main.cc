@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <set>
 
 #include "pipeline/batch.h"
 #include "pipeline/executor/slurm.h"
@@ -129,21 +128,6 @@ struct Where {
   }
 };
 
-// The line without what is the batch's own: each capture's run gets the rest. --json comes by itself.
-std::vector<std::string> WithoutBatch(int argc, char** argv) {
-  const std::set<std::string> with_value{"--batch", "-o", "--output", "--executor", "--partition", "--sbatch-option"};
-  std::vector<std::string> rest;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i], name = word.substr(0, word.find('='));
-    if (name == "--json" || (word.starts_with("-o") && word.size() > 2)) continue;
-    if (!with_value.contains(name))
-      rest.push_back(word);
-    else if (name == word)
-      ++i;
-  }
-  return rest;
-}
-
 }  // namespace
 }  // namespace lumi
 
@@ -225,10 +209,13 @@ int main(int argc, char** argv) {
     if (!where.batch.empty()) {
       if (!options.inputs.empty())
         throw UsageError("--batch names the inputs, and INPUT is given as well", "give one of them");
+      if (!stabilize.empty())
+        throw UsageError("--batch makes scenes, and --stabilize a film", "run --stabilize once for each video");
       // Beside the batch's own files: OUT/NAME are scenes.
       where.slurm.folder = options.output / "jobs";
-      return RunBatch({where.batch, options.output, WithoutBatch(argc, argv), where.Executor(program.threads())},
-                      program.progress());
+      return RunBatch(
+          {where.batch, options.output, CaptureArguments({argv + 1, argv + argc}), where.Executor(program.threads())},
+          program.progress());
     }
     if (options.inputs.empty())
       throw UsageError("INPUT is missing", "name a folder of photos, a video, a COLMAP workspace or a scene");

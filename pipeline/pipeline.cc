@@ -121,6 +121,8 @@ class Run {
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
     RequireSeparatePaths(placed, kind);
+    // An executor writes there before the first stage's program looks.
+    if (options_.executor && kind != InputKind::kOurScene) RequireOurFolder(summary_.scene, "provenance");
     times_.emplace(summary_.scene);
 
     const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) &&

@@ -17,12 +17,12 @@ struct Reuse {
 };
 void ListKeys(JsonKeys& j, Reuse& r) { j("reused", r.all, "reused", r.parts); }
 
+}  // namespace
+
 bool HadNothingToDo(const JsonKeys& summary) {
   const Reuse reuse = summary.As<Reuse>();
   return reuse.all || std::ranges::find(reuse.parts, "everything") != reuse.parts.end();
 }
-
-}  // namespace
 
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress) {
   try {

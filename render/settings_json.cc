@@ -25,7 +25,8 @@ void ListKeys(JsonKeys& j, RadianceSettings& settings) {
 JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend) {
   // What differs by place is no number: given back, it is measured again.
   RadianceSettings said = settings;
-  if (said.by_place) {
+  if (said.similarity != Similarity::kFull) said.correlation_regions = 1;
+  if (said.by_place && said.similarity == Similarity::kFull) {
     const RadianceSettings usual;
     said.correlation = Correlation::kMeasured;
     said.r_min_rad = usual.r_min_rad;

@@ -16,6 +16,9 @@ struct ExecutedStage {
   std::string wanted = {};
 };
 
+// Whether a program says that an earlier run had done all.
+bool HadNothingToDo(const JsonKeys& summary);
+
 class Executor {
  public:
   virtual ~Executor() = default;

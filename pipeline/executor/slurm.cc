@@ -8,6 +8,7 @@
 #include <chrono>
 #include <fstream>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -25,6 +26,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMostSubmissions = 4;         // of one stage whose nodes are lost
+constexpr double kShare = 0.15;             // of late_seconds, for jobs that were ended
+constexpr double kFirstPauseSeconds = 0.1;  // short jobs are seen soon
 constexpr double kControllerSeconds = 600;  // without an answer until the job is given up for lost
 
 struct Printed {
@@ -102,7 +105,7 @@ struct JobFiles {
 std::string ScriptOf(const std::vector<std::string>& command, const JobFiles& files) {
   std::string text = "#!/bin/sh\n";
   text += "cd " + Quoted(files.folder.string()) + " || exit 1\n";
-  text += "rm -f ended ended.part\nhostname >node\nstart=$(date +%s.%N)\n";
+  text += "rm -f ended ended.part\necho \"$SLURM_JOB_ID\" >id\nhostname >node\nstart=$(date +%s.%N)\n";
   text += "cd " + Quoted(fs::current_path().string()) + " || exit 1\n";
   text += "LUMI_PROGRESS_PIPE=1";
   for (const std::string& part : command) text += " " + Quoted(part);
@@ -131,31 +134,78 @@ class SlurmExecutor final : public Executor {
     std::string key;
     for (const std::string& part : command) key += part + '\0';
     const JobFiles files(options_.folder / (stage.name + "-" + HashOf(key + stage.wanted)));
+    RequireNoOther(stage, files);
     Forget(stage, files);
-    std::string id = IdOf(files);
-    if (!id.empty() && !TextOf(files.ended))
+    std::string id = JobOf(files);
+    const bool earlier = !id.empty() && !TextOf(files.ended);
+    if (earlier)
       progress.Message(fmt::format("{}: job {} was submitted by an earlier run, and is followed", stage.name, id));
+    const SiblingAnswer answer = ToItsEnd(stage, command, files, id, earlier, progress);
+    if (!earlier || !stage.wanted.empty()) return answer;
+    // Its inputs may have changed since it began: the program finds out.
+    id.clear();
+    const SiblingAnswer again = ToItsEnd(stage, command, files, id, false, progress);
+    return HadNothingToDo(again.summary) ? answer : again;
+  }
+
+ private:
+  SiblingAnswer ToItsEnd(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files,
+                         std::string& id, bool earlier, ProgressSink& progress) {
     for (int submission = 1;; ++submission) {
       if (id.empty()) {
         id = Submit(stage, command, files);
         progress.Message(fmt::format("{}: job {}", stage.name, id));
       }
       try {
-        if (const auto answer = Follow(stage, id, files, progress)) return *answer;
+        if (auto answer = Follow(stage, id, files, earlier, progress)) return *std::move(answer);
       } catch (const Interrupted&) {
-        progress.Message(
-            fmt::format("{}: job {} goes on; the same command follows it, and scancel {} ends it", stage.name, id, id));
+        if (InterruptRequested())
+          progress.Message(fmt::format("{}: job {} goes on; the same command follows it, and scancel {} ends it",
+                                       stage.name, id, id));
+        else  // the program was told so where it ran
+          throw MachineError(fmt::format("{}: job {} was ended on its node", stage.name, id),
+                             "the same command goes on from there", files.folder);
         throw;
       }
       if (submission == kMostSubmissions)
         throw MachineError(fmt::format("{}: lost its node {} times", stage.name, kMostSubmissions),
                            "sinfo says which nodes are down", files.folder);
-      progress.Message(fmt::format("{}: job {} was lost with its node, and is submitted again", stage.name, id));
+      progress.Message(earlier
+                           ? fmt::format("{}: job {} is gone, and is submitted again", stage.name, id)
+                           : fmt::format("{}: job {} was lost with its node, and is submitted again", stage.name, id));
+      earlier = false;
       id.clear();
     }
   }
 
- private:
+  // A job of the same stage by other options, which an earlier run left in the queue: both would write one scene.
+  void RequireNoOther(const ExecutedStage& stage, const JobFiles& own) const {
+    constexpr std::size_t kHash = 17;  // with its dash
+    std::error_code error;
+    for (fs::directory_iterator it(options_.folder, error), end; !error && it != end; it.increment(error)) {
+      const std::string name = it->path().filename().string();
+      if (name.size() <= kHash || name.substr(0, name.size() - kHash) != stage.name || it->path() == own.folder)
+        continue;
+      const JobFiles other(it->path());
+      if (TextOf(other.ended)) continue;
+      if (const std::string id = JobOf(other); !id.empty() && IsAlive(id))
+        throw MachineError(
+            fmt::format("{}: job {} of an earlier run with other options or inputs is not done", stage.name, id),
+            fmt::format("wait for it, or end it: scancel {}", id), other.folder);
+    }
+  }
+
+  static bool IsAlive(const std::string& id) {
+    const Printed p = Command({"scontrol", "show", "job", id, "--oneliner"});
+    return p.code == 0 && !HasEnded(JobStateFrom(p.out));
+  }
+  static bool HasEnded(const JobState& job) {
+    constexpr std::array<std::string_view, 10> kFinal = {"COMPLETED", "FAILED",    "CANCELLED",     "TIMEOUT",
+                                                         "DEADLINE",  "NODE_FAIL", "OUT_OF_MEMORY", "BOOT_FAIL",
+                                                         "PREEMPTED", "REVOKED"};
+    return std::ranges::find(kFinal, std::string_view(job.state)) != kFinal.end();
+  }
+
   // What an earlier run left is nothing to go on from where it failed, or where it may be of other inputs.
   static void Forget(const ExecutedStage& stage, const JobFiles& files) {
     const auto ended = TextOf(files.ended);
@@ -164,45 +214,60 @@ class SlurmExecutor final : public Executor {
     fs::remove_all(files.folder, ignored);
   }
 
-  static std::string IdOf(const JobFiles& files) {
-    const auto id = TextOf(files.id);
-    return id ? FirstLine(*id) : std::string();
+  static std::string NameOf(const JobFiles& files) { return "lumi-" + files.folder.filename().string(); }
+
+  // The job that these files are of; where this program ended between submitting it and noting so, by its name.
+  static std::string JobOf(const JobFiles& files) {
+    if (const auto id = TextOf(files.id)) return FirstLine(*id);
+    if (!TextOf(files.script)) return {};
+    return JobIdFrom(Command({"squeue", "-h", "--name=" + NameOf(files), "-o", "%A"}).out);
   }
 
-  std::string Submit(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files) const {
+  std::string Submit(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files) {
     std::error_code error;
-    fs::remove_all(files.folder, error);
-    WriteTextAtomically(files.script, ScriptOf(command, files));
+    {
+      const std::lock_guard lock(folder_mutex_);
+      fs::remove_all(files.folder, error);
+      WriteTextAtomically(files.script, ScriptOf(command, files));
+    }
+    // Not by its whole path: a % there would be a pattern of Slurm's.
     std::vector<std::string> argv{"sbatch",
                                   "--parsable",
                                   "--requeue",
                                   "--open-mode=append",
-                                  "--job-name=lumi-" + stage.name,
-                                  "--output=" + (files.folder / "slurm.txt").string()};
+                                  "--job-name=" + NameOf(files),
+                                  "--chdir=" + files.folder.string(),
+                                  "--output=slurm.txt"};
     if (!options_.partition.empty()) argv.push_back("--partition=" + options_.partition);
     argv.push_back(options_.cpus > 0 ? fmt::format("--cpus-per-task={}", options_.cpus) : "--exclusive");
     argv.insert(argv.end(), options_.options.begin(), options_.options.end());
     argv.push_back(files.script.string());
     const Printed p = Command(argv);
     const std::string id = JobIdFrom(p.out);
-    if (p.code != 0 || id.empty())
+    if (p.code != 0 || id.empty()) {
+      fs::remove(files.script, error);
       throw MachineError(fmt::format("{}: sbatch refused the job: {}", stage.name, p.said.empty() ? p.out : p.said),
-                         "sinfo shows partitions and nodes; --partition and --sbatch-option choose", files.script);
+                         "sinfo shows partitions and nodes; --partition and --sbatch-option choose");
+    }
     WriteTextAtomically(files.id, id + "\n");
     return id;
   }
 
   // Its answer; nullopt: the job was lost with its node. Throws what the program failed with.
+  // earlier: submitted by another run; if it came to no good end since, that is none of this run's.
   std::optional<SiblingAnswer> Follow(const ExecutedStage& stage, const std::string& id, const JobFiles& files,
-                                      ProgressSink& progress) const {
+                                      bool earlier, ProgressSink& progress) {
     SiblingOutput output(stage.sibling, progress);
     NewLines lines(files.lines);
     Stopwatch looked;
     const Stopwatch followed;
     double gone_at = -1, silent_at = -1;  // on that watch; < 0: it is not
+    double pause = std::min(kFirstPauseSeconds, options_.poll_seconds);
+    std::error_code ignored;
     std::string waiting;
     for (bool first = true;; first = false) {
       CheckInterrupted();
+      if (gone_at >= 0) (void)fs::directory_iterator(files.folder, ignored);  // a network file system looks again
       if (const auto ended = TextOf(files.ended)) {
         lines.Read([&](const std::string& line) { output.Line(line); }, true);
         return Answer(stage, id, *ended, files, output, progress);
@@ -221,9 +286,7 @@ class SlurmExecutor final : public Executor {
                                fmt::format("job {} may go on; the same command follows it", id), files.folder);
         } else {
           silent_at = -1;
-          constexpr std::array<std::string_view, 8> kAlive = {"PENDING",   "RUNNING",  "CONFIGURING", "COMPLETING",
-                                                              "SUSPENDED", "REQUEUED", "STOPPED",     "RESIZING"};
-          const bool alive = !unknown && std::ranges::find(kAlive, std::string_view(job.state)) != kAlive.end();
+          const bool alive = !unknown && !HasEnded(job);
           if (alive) {
             gone_at = -1;
             // A job that is requeued after its node was lost waits two minutes for nothing.
@@ -233,14 +296,17 @@ class SlurmExecutor final : public Executor {
               progress.Message(fmt::format("{}: job {} waits ({})", stage.name, id, waiting = job.reason));
           } else {
             if (gone_at < 0) gone_at = followed.Seconds();
-            if (followed.Seconds() - gone_at > options_.late_seconds) {
-              RequireNodeLost(stage, id, job, files);
+            // Only a script that came to its end has an answer that may be late.
+            const bool may_come = job.state == "COMPLETED" || job.state == "FAILED";
+            if (followed.Seconds() - gone_at > (may_come ? 1 : kShare) * options_.late_seconds) {
+              if (!earlier) RequireNodeLost(stage, id, job, files);
               return std::nullopt;
             }
           }
         }
       }
-      std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll_seconds));
+      std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+      pause = std::min(1.3 * pause, options_.poll_seconds);
     }
   }
 
@@ -248,6 +314,8 @@ class SlurmExecutor final : public Executor {
   static void RequireNodeLost(const ExecutedStage& stage, const std::string& id, const JobState& job,
                               const JobFiles& files) {
     const auto fail = [&](const std::string& what, const std::string& hint) {
+      std::error_code ignored;
+      for (const fs::path& file : {files.id, files.script}) fs::remove(file, ignored);  // the next run submits its own
       throw MachineError(fmt::format("{}: job {} {}", stage.name, id, what), hint, files.folder);
     };
     if (job.state == "CANCELLED") fail("was cancelled", "the same command submits it anew");
@@ -262,7 +330,7 @@ class SlurmExecutor final : public Executor {
   }
 
   std::optional<SiblingAnswer> Answer(const ExecutedStage& stage, const std::string& id, const std::string& ended,
-                                      const JobFiles& files, SiblingOutput& output, ProgressSink& progress) const {
+                                      const JobFiles& files, SiblingOutput& output, ProgressSink& progress) {
     int code = -1;
     const std::string word = FirstLine(ended);
     std::from_chars(word.data(), word.data() + word.size(), code);
@@ -274,12 +342,14 @@ class SlurmExecutor final : public Executor {
                                    FirstLine(TextOf(files.node).value_or("?")), files.lines.string()));
     const SiblingAnswer answer = output.Answer(code, out, stop - start);
     std::error_code ignored;
+    const std::lock_guard lock(folder_mutex_);
     fs::remove_all(files.folder, ignored);
     fs::remove(files.folder.parent_path(), ignored);  // the last one
     return answer;
   }
 
   SlurmOptions options_;
+  std::mutex folder_mutex_;  // while a job's folder comes or goes
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
-// Stages as jobs of a Slurm cluster: submitted by sbatch, followed by squeue and by files that the jobs write, so that
-// it works without accounting. A job outlives this program: a second start follows what is queued or runs, and takes
-// the answer of what has ended. The scene, the input and these programs are on a file system that all nodes see, at the
-// same paths.
+// Stages as jobs of a Slurm cluster: submitted by sbatch, followed by scontrol and by files that the jobs write, so
+// that it works without accounting. A job outlives this program: a second start follows what is queued or runs, and
+// takes the answer of what has ended. The scene, the input and these programs are on a file system that all nodes see,
+// at the same paths.
 //
 // A stage's files, in FOLDER/NAME-HASH (of program and arguments): job.sh, id, answer.json, lines.txt (what the program
 // says), node, ended (its exit code, written last). The folder goes when the answer has been read, and stays where the
@@ -24,7 +24,7 @@ struct SlurmOptions {
   std::filesystem::path folder;      // for the jobs' files
   double poll_seconds = 1;           // between two looks at a job's files
   double look_seconds = 5;           // between two questions to the controller, which cost it something
-  double late_seconds = 15;          // that a network file system may show a file late
+  double late_seconds = 90;          // that a network file system may show a file late
 };
 
 // Throws MachineError where Slurm's commands are not in PATH, or no cluster answers.

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <future>
-#include <sstream>
 
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
@@ -157,44 +156,68 @@ void RemoveDamaged(const std::filesystem::path& folder) {
   }
 }
 
-// The first line in which two texts differ.
+// What two texts have around the first place in which they differ.
 std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b) {
-  std::istringstream lines_a(a), lines_b(b);
-  for (std::string line_a, line_b;;) {
-    const bool more_a(std::getline(lines_a, line_a)), more_b(std::getline(lines_b, line_b));
-    if (!more_a) line_a.clear();
-    if (!more_b) line_b.clear();
-    if (line_a != line_b || (!more_a && !more_b)) return {line_a, line_b};
-  }
+  constexpr std::ptrdiff_t kBefore = 30, kAfter = 50;
+  const auto [in_a, in_b] = std::ranges::mismatch(a, b);
+  const auto around = [&](const std::string& text, std::string::const_iterator at) {
+    const auto begin = at - std::min(kBefore, at - text.begin()), end = at + std::min(kAfter, text.end() - at);
+    std::string said(begin, end);
+    std::ranges::replace(said, '\n', ' ');
+    return said;
+  };
+  return {around(a, in_a), around(b, in_b)};
 }
 
-// Frames that an earlier run with the same scene, path and settings finished are kept. part: others are not cleared
-// away, which another machine may be writing, but refused.
-void KeepOrClear(const std::filesystem::path& output, const std::string& wanted, bool part) {
-  const std::filesystem::path folder = output / "frames", stamp = folder / "frames.txt";
+// Frames of other texts are refused, and not cleared away.
+[[noreturn]] void RefuseToJoin(const std::filesystem::path& folder, const std::string& there,
+                               const std::string& wanted) {
+  const auto [one, other] = FirstDifference(there, wanted);
+  throw UsageError(
+      fmt::format("{} holds frames that do not join with these: there '{}', here '{}'", folder.string(), one, other),
+      "give all parts the same scene, path, settings and kind of machine, or another -o");
+}
+
+constexpr const char* kStamp = "frames.txt";  // of all frames there: what they depend on
+constexpr const char* kParts = "parts.txt";   // they were made in parts, perhaps by several machines
+
+// A part's frames go to others of the same text. Parts may begin at the same time: the stamp of the first counts.
+void JoinParts(const std::filesystem::path& folder, const std::string& wanted) {
+  const std::filesystem::path stamp = folder / kStamp;
+  std::filesystem::create_directories(folder);
+  if (!std::filesystem::exists(stamp)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (HasImageExtension(entry.path()))
+        throw UsageError(fmt::format("{} holds frames of a run that did not say what they are of", folder.string()),
+                         "remove the folder, or give another -o");
+    const std::filesystem::path own = folder / fmt::format(".{}-{}", kStamp, HashOf(wanted));
+    WriteTextAtomically(own, wanted);
+    std::error_code taken;  // by another part
+    std::filesystem::create_hard_link(own, stamp, taken);
+    if (taken && !std::filesystem::exists(stamp)) std::filesystem::copy_file(own, stamp, taken);  // no links here
+    std::filesystem::remove(own, taken);
+  }
+  if (const std::string there = ReadText(stamp); there != wanted) RefuseToJoin(folder, there, wanted);
+  WriteTextAtomically(folder / kParts, "");
+}
+
+// Frames that an earlier run with the same scene, path and settings finished are kept; others are cleared away, unless
+// they were made in parts.
+void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::path& film, const std::string& wanted) {
+  const std::filesystem::path stamp = folder / kStamp;
   if (std::filesystem::exists(stamp)) {
     const std::string there = ReadText(stamp);
     if (there == wanted) {
-      if (RestartedSince(folder)) RemoveDamaged(folder);
+      // Other machines' frames were not written by this one before it was restarted.
+      if (RestartedSince(folder) && !std::filesystem::exists(folder / kParts)) RemoveDamaged(folder);
       NoteRunOfMachine(folder);
       return;
     }
-    if (part) {
-      const auto [one, other] = FirstDifference(there, wanted);
-      constexpr std::size_t kSaid = 100;
-      throw UsageError(fmt::format("{} holds frames that do not join with these: there '{}', here '{}'",
-                                   folder.string(), one.substr(0, kSaid), other.substr(0, kSaid)),
-                       "give all parts the same scene, path, settings and kind of machine, or another -o");
-    }
-  } else if (part) {
-    std::filesystem::create_directories(folder);
-    NoteRunOfMachine(folder);
-    WriteTextAtomically(stamp, wanted);
-    return;
+    if (std::filesystem::exists(folder / kParts)) RefuseToJoin(folder, there, wanted);
   }
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
-  std::filesystem::remove(output / kFilm, ec);  // of the frames that are gone
+  std::filesystem::remove(film, ec);  // of the frames that are gone
   std::filesystem::create_directories(folder);
   NoteRunOfMachine(folder);
   WriteTextAtomically(stamp, wanted);
@@ -224,7 +247,11 @@ void RenderPath(RenderJob& job) {
   const std::vector<RenderView>& views = job.wanted.views;
   const double fps = FramesPerSecond(job);
   const auto [begin, end] = PartOf(o, views.size());
-  if (!o.to_video()) KeepOrClear(o.output, FrameFingerprint(job, fps), o.part_of_path());
+  const std::filesystem::path frames = o.output / "frames";
+  if (o.part_of_path())
+    JoinParts(frames, FrameFingerprint(job, fps));
+  else if (!o.to_video())
+    KeepOrClear(frames, o.output / kFilm, FrameFingerprint(job, fps));
   std::optional<PathFilm> video;
   const std::filesystem::path video_file = o.to_video() ? o.output : o.output / kFilm;
   std::optional<FolderInUse> in_use;
@@ -255,6 +282,13 @@ void RenderPath(RenderJob& job) {
     request.use = job.lumigraph.InWindow(request.view, {});
     const auto start = std::chrono::steady_clock::now();
     ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
+    if (const PhotoCache* cache = job.lumigraph.cache(); cache && cache->counts().most_halved > 0) {
+      if (o.part_of_path())
+        throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
+                           "give more --memory-mb");
+      // A later run that has room for them makes these frames again.
+      if (std::error_code ignored; !o.to_video()) std::filesystem::remove(frames / kStamp, ignored);
+    }
     seen += Coverage(image);
     if (job.Fills()) FillAndMark(image);
     times.push_back(1000 * SecondsSince(start));

@@ -45,6 +45,7 @@ ImageF RenderJob::Picture(const RenderRequest& request) {
   }
   ImageF image = renderer->Render(request);
   const RenderStatistics statistics = renderer->Statistics();
+  bring_ms += statistics.bring_ms;
   summary.samples += statistics.samples;
   summary.optimum += statistics.optimum;
   return image;
@@ -195,7 +196,7 @@ void Summarise(RenderJob& job) {
   s.effects = lumigraph.effects();
   if (const PhotoCache* cache = lumigraph.cache()) {
     const PhotoCache::Counts& c = cache->counts();
-    s.photos_in_memory = {c.read, c.most_halved, static_cast<double>(c.most) / (1 << 20)};
+    s.photos_in_memory = {c.read, c.most_halved, static_cast<double>(c.most) / (1 << 20), job.bring_ms / 1000};
     if (c.most_halved > 0)
       job.sink.Message(
           fmt::format("a picture's photos did not fit into memory together: they were halved {} time{}; "
@@ -223,13 +224,15 @@ void MarkOutput(const RenderJob& job) {
 RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RequireConsistent(given);
   RenderOptions o = given;
+  // OpenGL holds all photos: only who asked for a limit gets to hear of it.
+  if (o.backend == "gl" && o.memory_mb == 0) o.memory_mb = -1;
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) {
     std::error_code ec;
     if (std::filesystem::exists(o.output / "lumigraph.json", ec))
       throw UsageError(fmt::format("{} is a scene: pictures are not written into it", o.output.string()),
                        fmt::format("give them a folder of their own: -o {}", (o.output / "renders").string()));
-    RequireOurFolder(o.output, kRenderMarker);
+    RequireOurFolder(o.output, kRenderMarker, o.part_of_path());
   }
   if (o.to_video()) RemoveStaleTemporariesOf(o.output);
   RenderJob job{o, sink, Lumigraph(o, sink), {}, {}, {}, {}};

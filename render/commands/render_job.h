@@ -24,6 +24,7 @@ struct RenderJob {
   DesiredViews wanted;
   std::unique_ptr<Renderer> renderer;
   RenderSummary summary;
+  double bring_ms = 0;  // of all pictures
 
   const Scene& scene() const { return lumigraph.scene(); }
   // Of the lumigraph as it is now, by the backend that is wanted.

@@ -41,7 +41,7 @@ void RequireFidelityAlone(const RenderOptions& o) {
 
 constexpr std::array kOwnWeightsOptions =
     std::to_array<std::string_view>({"k", "correlation", "sampling", "epipoles", "sum", "combine", "cutoff-deg",
-                                     "accuracy", "r-min-deg", "r-max-deg", "noise", "alpha", "resolution"});
+                                     "accuracy", "r-min-deg", "r-max-deg", "noise", "alpha"});
 
 // A published method: weights at every pixel on the CPU, and nothing that is measured in this renderer's own terms.
 void RequirePublished(const RenderOptions& o) {
@@ -134,10 +134,6 @@ void RequireNothingIgnored(const RenderOptions& o) {
   if (!(o.seconds > 0 && o.seconds <= 3600) || !(o.fps > 0 && o.fps <= 240))
     throw UsageError("--seconds takes up to 3600, --fps up to 240");
 }
-
-}  // namespace
-
-namespace {
 
 // All of `text` as a number of at most nine digits.
 std::optional<int> WholeNumber(std::string_view text) {

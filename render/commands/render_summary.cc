@@ -77,14 +77,16 @@ void ListKeys(JsonKeys& j, MeasuredCorrelation& c) {
   j("noise", c.noise, "rms", c.rms, "points", c.points, "bins", c.bins).IfAny("kinds", c.kinds);
 }
 
-void ListKeys(JsonKeys& j, PhotosInMemory& p) { j("read", p.read, "most_halved", p.most_halved, "most_mb", p.most_mb); }
+void ListKeys(JsonKeys& j, PhotosInMemory& p) {
+  j("read", p.read, "most_halved", p.most_halved, "most_mb", p.most_mb, "seconds", p.seconds);
+}
 
 void ListKeys(JsonKeys& j, RenderSummary& s) {
   j("frames", s.frames, "ms_per_frame", s.ms_per_frame, "coverage", s.coverage);
   if (s.path) {
     PathFigures& p = *s.path;
     j("frames_reused", p.reused, "width", p.size_px.x(), "height", p.size_px.y());
-    if (p.ms_slowest > 0) j("ms_slowest", p.ms_slowest);
+    if (p.ms_slowest > 0) j("slowest_ms", p.ms_slowest);
     if (p.widened) j("coverage_window", p.coverage_window, "coverage_wider", p.coverage_wider);
     j.IfAny("video", p.video);
   }

@@ -26,6 +26,7 @@ struct PhotosInMemory {
   long read = 0;        // how often one was, from its file
   int most_halved = 0;  // how often a picture's photos were halved to fit, at most
   double most_mb = 0;   // of photos, at once
+  double seconds = 0;   // of reading them, in the pictures' milliseconds, too
 };
 
 struct ViewFigures {

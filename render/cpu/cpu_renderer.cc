@@ -14,18 +14,11 @@
 #include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
 #include "render/world/visibility_maps.h"
-#include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
-
-void WorldRenderer::BringBy(std::function<void(std::span<const std::int32_t>)> bring) {
-  if (bring)
-    throw UsageError("the photos do not fit into memory, and this backend holds all of them",
-                     "use --backend cpu, or give more --memory-mb");
-}
 
 namespace {
 
@@ -78,11 +71,12 @@ class CpuRenderer final : public WorldRenderer {
  private:
   void RenderEveryPixel(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
                         ImageF& image) {
+    const ViewSetup weighed = Weighed(world_->sources, setup, *proxy_);
     if (bring_ && request.show != Show::kFalseColor)
-      Bring(CamerasOfPixels(world_->sources, setup, *proxy_, visibility, InterruptRequested, request.view.size_px));
+      Bring(CamerasOfPixels(world_->sources, weighed, *proxy_, visibility, InterruptRequested, request.view.size_px));
     const Stopwatch watch;
     statistics_.optimum =
-        RenderPixels(world_->sources, setup, *proxy_, visibility,
+        RenderPixels(world_->sources, weighed, *proxy_, visibility,
                      {&photos_, request.show == Show::kFalseColor ? &colors_ : nullptr}, InterruptRequested, image);
     statistics_.blend_ms = 1000 * watch.Seconds();
   }

@@ -28,7 +28,7 @@ std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup)
 
 namespace {
 
-// body(plan, tile's window) of each tile, on all threads.
+// body(plan) of each tile, on all threads.
 OptimumCounts ForTiles(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
                        const std::function<bool()>& stop, const Eigen::Vector2i& size_px,
                        const std::function<void(const FramePlan&)>& body) {
@@ -54,14 +54,13 @@ OptimumCounts ForTiles(const ViewSetup& setup, const ProxyTracer& proxy, const V
   return all;
 }
 
-// By a published method's weights where one is named.
+}  // namespace
+
 ViewSetup Weighed(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy) {
   ViewSetup weighed = setup;
   if (setup.settings.method != Algorithm::kUlr && !setup.method) weighed.method = MakeComparator(sources, proxy, setup);
   return weighed;
 }
-
-}  // namespace
 
 OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                            const VisibilityMaps* visibility, const PixelSources& blended,

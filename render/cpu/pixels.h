@@ -25,6 +25,9 @@ struct PixelSources {
 // Photos' exposures divided out, the view's own applied: a factor a view; empty where exposure is off or all are alike.
 std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup);
 
+// With the weights of the published method that the settings name, where they name one.
+ViewSetup Weighed(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy);
+
 // Fills `image` (RGBA, the view's size). stop() is asked before every tile, from several threads; where it says true,
 // tiles are left as they were. `visibility`: nullptr where it is off.
 OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,

@@ -276,13 +276,15 @@ void FindPlaces(const std::vector<Look>& looks, const Variogram& whole, int regi
     Variogram v;
     for (std::size_t n = 0; n < nodes; ++n)
       if (places->kind[n] == k) v += node[n];
+    const double points = v.points;
+    v.Add(whole, kPriorPoints / whole.points);
     auto fit = FitLeaves(Correlogram(v));
     if (!fit) {
       fit.emplace(found);
       fit->bins = Correlogram(v);
     }
     places->kinds.push_back({fit->r_min_rad, fit->r_max_rad, fit->noise});
-    found.kinds.push_back({places->kinds.back(), v.points / whole.points, std::move(fit->bins)});
+    found.kinds.push_back({places->kinds.back(), points / whole.points, std::move(fit->bins)});
   }
   found.by_place = std::move(places);
 }

@@ -91,6 +91,8 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
 // Bytes that options.memory_mb leaves to photos where they do not fit; nullopt: all of them may be held.
 std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
   if (options_.memory_mb < 0 || !one_mesh()) return std::nullopt;
+  // Which reads all of them: only who asked for a limit gets to hear of it.
+  if (options_.memory_mb == 0 && settings_.correlation == Correlation::kMeasured) return std::nullopt;
   constexpr double kShare = 0.6;  // of what is free, where nobody said
   constexpr std::size_t kMb = 1 << 20;
   constexpr std::size_t kOthers = 320 * kMb;  // visibility maps and pictures, which come later
@@ -162,8 +164,9 @@ void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
     throw UsageError(
         cache_ ? "--correlation measured reads all photos, and they do not fit into memory"
                : "--correlation measured reads all photos, over one mesh",
-        "lumi-render SCENE --correlation measured prints r-min-deg and r-max-deg, which go with --correlation "
-        "falling-leaves");
+        cache_ ? "give more --memory-mb"
+               : "lumi-render SCENE --correlation measured prints r-min-deg and r-max-deg, which go with --correlation "
+                 "falling-leaves");
   correlation_ = MeasureCorrelation(scene_, mesh_, photos_, use, settings_.correlation_regions);
   if (!correlation_)
     throw DataError("too few photos see the same points to measure how they correlate",

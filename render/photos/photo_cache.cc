@@ -29,6 +29,8 @@ std::size_t HeldBy(const Photo& photo) {
 }
 
 constexpr int kMostHalvings = 16;
+// Of a photo that is being read: its file's picture, a copy and the pyramid. So much of it at once beside the budget.
+constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
 
 }  // namespace
 
@@ -99,15 +101,20 @@ void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
     held_ += HeldBy(photo);
   }
   MakeRoom(bytes, number_);
-  ParallelFor(absent.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Photo photo = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
-      const auto finer = std::min(static_cast<std::size_t>(shift), photo.levels.size() - 1);
-      photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
-      photo.level0_shift = static_cast<int>(finer);
-      photos_[absent[i]] = std::move(photo);
-    }
-  });
+  std::size_t largest = 1;
+  for (const std::size_t v : absent)
+    largest = std::max(largest, static_cast<std::size_t>(SizeOf(scene_, v).cast<std::int64_t>().prod()));
+  const std::size_t at_once = std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
+  for (std::size_t from = 0; from < absent.size(); from += at_once)
+    ParallelFor(std::min(at_once, absent.size() - from), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = from + begin; i < from + end; ++i) {
+        Photo photo = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
+        const auto finer = std::min(static_cast<std::size_t>(shift), photo.levels.size() - 1);
+        photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
+        photo.level0_shift = static_cast<int>(finer);
+        photos_[absent[i]] = std::move(photo);
+      }
+    });
   for (const std::size_t v : absent) held_ += HeldBy(photos_[v]);
   counts_.read += static_cast<long>(absent.size());
   counts_.most = std::max(counts_.most, held_);

@@ -50,7 +50,6 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
       s.similarity = Similarity::kIdentity;
     }
   }
-  if (option == "r-min-deg" || option == "r-max-deg" || option == "noise") s.by_place = nullptr;
   if (option == "r-min-deg" && s.r_min_rad > s.r_max_rad) s.r_max_rad = s.r_min_rad;
   if (option == "r-max-deg" && s.r_min_rad > s.r_max_rad) s.r_min_rad = s.r_max_rad;
 }

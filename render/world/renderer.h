@@ -13,6 +13,7 @@
 #include "render/radiance/settings.h"
 #include "render/world/picture_world.h"
 #include "scene/model/image.h"
+#include "scene/program/error.h"
 
 namespace lumi {
 
@@ -61,8 +62,13 @@ class WorldRenderer : public Renderer {
   // at its place of the vector that the renderer was made with, as large as the camera says.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
   // From the next picture on `bring` is called before photos are read, with the cameras that it is blended from, each
-  // once; others may have no levels then (PhotoCache). Throws UsageError by a renderer that keeps all photos.
-  virtual void BringBy(std::function<void(std::span<const std::int32_t>)> bring);
+  // once; others may have no levels then (PhotoCache). A renderer that holds all photos throws
+  // MachineError.
+  virtual void BringBy(std::function<void(std::span<const std::int32_t>)> bring) {
+    if (bring)
+      throw MachineError("the photos do not fit into --memory-mb, and this backend holds all of them",
+                         "use --backend cpu, or give more --memory-mb");
+  }
 };
 
 // photos: one a camera of the world, those without levels may come later. They must outlive the renderer.

@@ -291,14 +291,14 @@ FolderLock::~FolderLock() {
   ::close(fd_);
 }
 
-void RequireOurFolder(const fs::path& folder, const std::string& marker) {
+void RequireOurFolder(const fs::path& folder, const std::string& marker, bool others) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
   if (status.type() == fs::file_type::not_found) return;
   if (status.type() != fs::file_type::directory)
     throw UsageError(fmt::format("{} is there already and is no folder", folder.string()), "choose another output");
   if (fs::exists(folder / "lumigraph.json", error) || fs::exists(folder / marker, error)) {
-    RemoveStaleTemporaries(folder);
+    if (!others) RemoveStaleTemporaries(folder);
     return;
   }
   fs::directory_iterator it(folder, error);
@@ -314,7 +314,7 @@ void RequireOurFolder(const fs::path& folder, const std::string& marker) {
                                  it->path().filename().string()),
                      "choose a folder that is new or empty");
   }
-  RemoveStaleTemporaries(folder);
+  if (!others) RemoveStaleTemporaries(folder);
 }
 
 }  // namespace lumi

@@ -68,11 +68,19 @@ TEST_F(Batch, AListsLinesAreInputsFromItsFolderNamedAsTheyAre) {
   EXPECT_EQ(captures[3].name, "film");
 }
 
+TEST_F(Batch, ACapturesRunHasTheLinesOptionsButForTheBatchsOwn) {
+  EXPECT_EQ(CaptureArguments({"--batch", "list.txt", "-o", "out", "--executor=slurm", "--partition", "fast", "--no-web",
+                              "--sbatch-option=--time=5", "--seconds", "2", "--json", "-oother", "--quality", "low"}),
+            (std::vector<std::string>{"--no-web", "--seconds", "2", "--quality", "low"}));
+}
+
 TEST_F(Batch, ListsThatCannotBeMeantAreRefusedByLine) {
   EXPECT_THAT(Refused("first\nnowhere\n"), HasSubstr("line 2: nowhere is not there"));
   EXPECT_THAT(Refused("first\n\nfirst\n"), HasSubstr("lines 1 and 3"));
   EXPECT_THAT(Refused("# nothing\n"), HasSubstr("names no input"));
   EXPECT_THAT(Refused("/\n"), HasSubstr("no name"));
+  fs::create_directories(folder_ / "in" / "jobs");
+  EXPECT_THAT(Refused("jobs\n"), HasSubstr("no name"));
 }
 
 TEST_F(Batch, AllAreThereAtOnceAndOneThatFailsDoesNotStopTheOthers) {

@@ -56,9 +56,9 @@ case $(cat "$FAKE/do-$n" 2>/dev/null) in
   timeout) echo TIMEOUT >"$FAKE/state-$n" ;;
   mute) echo COMPLETED >"$FAKE/state-$n" ;;
   wait) echo PENDING >"$FAKE/state-$n"
-    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done; echo RUNNING >"$FAKE/state-$n"; sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
+    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done; echo RUNNING >"$FAKE/state-$n"; SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
   *) echo RUNNING >"$FAKE/state-$n"
-    (sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
+    (SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
 esac
 echo "$n;cluster"
 )");
@@ -69,12 +69,13 @@ echo "$n;cluster"
 [ -e "$FAKE/state-$3" ] || { echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1; }
 echo "JobId=$3 JobName=lumi UserId=root(0) JobState=$(cat "$FAKE/state-$3") Reason=Resources Dependency=(null)"
 )sh");
-    Program(bin() / "lumi-fake", R"(echo "@progress 1 2 counting things" >&2
+    Program(bin() / "lumi-fake", R"sh(echo "@progress 1 2 counting things" >&2
 echo "a remark" >&2
 [ "$1" != fail ] || { echo "lumi-fake: it does not go: take more" >&2; echo '{"error":{"code":1,"message":"it does not go","hint":"take more"}}'; exit 1; }
+[ -e "$FAKE/runs" ] && reused=true || reused=false
 echo run >>"$FAKE/runs"
-printf '{"said":"%s","where":"%s"}' "$1" "$PWD"
-)");
+printf '{"said":"%s","where":"%s","reused":%s,"run":%s}' "$1" "$PWD" $reused "$(wc -l <"$FAKE/runs")"
+)sh");
   }
   void TearDown() override { ::setenv("PATH", path_.c_str(), 1); }
 
@@ -96,7 +97,8 @@ printf '{"said":"%s","where":"%s"}' "$1" "$PWD"
   }
   struct Said {
     std::string said, where;
-    friend void ListKeys(JsonKeys& j, Said& s) { j("said", s.said, "where", s.where); }
+    int run = 0;
+    friend void ListKeys(JsonKeys& j, Said& s) { j("said", s.said, "where", s.where, "run", s.run); }
   };
   int Lines(const char* file) const {
     std::error_code error;
@@ -176,6 +178,9 @@ TEST_F(Slurm, WhatSomebodyEndedIsNotSubmittedAgain) {
       EXPECT_FALSE(e.hint().empty());
     }
     EXPECT_EQ(Lines("submitted"), job);
+    // The same command again is another try.
+    EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage(what), heard_).summary.As<Said>().said, what);
+    EXPECT_EQ(Lines("submitted"), ++job);
   }
   Do(++job, "refuse");
   try {
@@ -211,12 +216,47 @@ TEST_F(Slurm, ASecondStartFollowsTheJobOfOneThatWasKilled) {
     fs::remove(folder_ / "controller-down");
     WriteTextAtomically(folder_ / "go", "");
   });
-  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+  const Said said = MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>();
   later.join();
-  EXPECT_EQ(Lines("submitted"), 1);
-  EXPECT_EQ(Lines("runs"), 1);
+  EXPECT_EQ(said.said, "x");
+  // Its inputs may have changed meanwhile: the program is asked once more, and says that there was nothing to do.
+  EXPECT_EQ(Lines("submitted"), 2);
+  EXPECT_EQ(Lines("runs"), 2);
+  EXPECT_EQ(said.run, 1) << "the answer of the run that did the work";
   EXPECT_THAT(heard_.all, HasSubstr("job 1 was submitted by an earlier run, and is followed"));
   EXPECT_THAT(heard_.all, HasSubstr("waits (Resources)"));
+}
+
+TEST_F(Slurm, AJobOfOtherOptionsThatIsNotDoneIsInTheWay) {
+  Do(1, "wait");
+  const pid_t first = ::fork();
+  if (first == 0) {
+    Heard heard;
+    MakeSlurmExecutor(Options())->Run(Stage("other"), heard);
+    ::_exit(0);
+  }
+  while (!fs::exists(folder_ / "state-1")) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  ::kill(first, SIGKILL);
+  ::waitpid(first, nullptr, 0);
+  try {
+    MakeSlurmExecutor(Options())->Run(Stage("x"), heard_);
+    FAIL();
+  } catch (const MachineError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("job 1 of an earlier run"));
+    EXPECT_THAT(e.hint(), HasSubstr("scancel 1"));
+  }
+  WriteTextAtomically(folder_ / "state-1", "CANCELLED\n");
+  EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+  WriteTextAtomically(folder_ / "go", "");
+}
+
+TEST_F(Slurm, FoldersOfAnyName) {
+  SlurmOptions options = Options();
+  options.folder = folder_ / "50%j of it's $HOME";
+  EXPECT_EQ(MakeSlurmExecutor(options)->Run(Stage("x"), heard_).summary.As<Said>().said, "x");
+  // Of Slurm's own options no name may be a pattern: its output is named from there.
+  EXPECT_THAT(ReadText(folder_ / "submitted"), HasSubstr("--output=slurm.txt"));
 }
 
 // A job that ended while nobody followed it: of a program that records nothing itself its answer counts where it read

@@ -110,17 +110,23 @@ TEST_F(RenderCommand, PartsOfAPathJoinToTheWholesBytes) {
     const fs::path name = fs::path("frames") / ("frame_00000" + std::to_string(i) + ".png");
     EXPECT_EQ(ReadText(folder_ / "whole" / name), ReadText(folder_ / "parts" / name)) << i;
   }
-  // Frames of other settings are neither joined nor lost.
-  RenderOptions other = part;
-  other.settings.k = 2;
-  other.decided.Add("k");
-  try {
-    Run(other);
-    FAIL() << "frames of other settings were joined";
-  } catch (const UsageError& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("settings"));
+  // Frames of another size are neither joined nor lost, by a part or by the whole.
+  for (const bool whole_run : {false, true}) {
+    RenderOptions other = part;
+    if (whole_run) other.shard.reset();
+    other.width_px = 36;
+    try {
+      Run(other);
+      FAIL() << "frames of another size were joined";
+    } catch (const UsageError& e) {
+      EXPECT_THAT(e.what(), testing::HasSubstr("size 40"));
+      EXPECT_THAT(e.what(), testing::HasSubstr("size 36"));
+    }
+    EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000006.png"));
   }
-  EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000006.png"));
+  // What a killed run left without saying what it is of is no part of anything.
+  fs::remove(folder_ / "parts" / "frames" / "frames.txt");
+  EXPECT_THROW(Run(part), UsageError);
 }
 
 TEST_F(RenderCommand, APartOfAPathIsRefusedWhereItWouldSayNothing) {

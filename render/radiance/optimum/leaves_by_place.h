@@ -35,7 +35,7 @@ struct NodeGrid {
 struct LeavesByPlace {
   NodeGrid grid;
   std::vector<std::uint8_t> kind;  // of each node, into `kinds`
-  std::vector<LeavesKind> kinds;       // 1 to kMostKinds
+  std::vector<LeavesKind> kinds;   // 1 to kMostKinds
 
   static constexpr std::size_t kMostKinds = 4;
   // share[k] of each kind at p: continuous, >= 0, sum 1. `share`: kinds.size() numbers.
