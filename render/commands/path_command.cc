@@ -133,7 +133,8 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
                       Fingerprint(scene.folder / "lumigraph.json"),
                       l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
   // The photos alone: an image folder may hold these frames, too.
-  for (const View& v : scene.views) text += fmt::format("photo {} {}\n", v.name, Fingerprint(scene.ImagePath(v)));
+  for (const View& v : scene.views)
+    text += fmt::format("photo {} {}\n", v.name, FingerprintAmong(scene.ImagePath(v), scene.views.size()));
   for (const RenderView& v : job.wanted.views) {
     text += fmt::format("frame {} {}", v.time_s ? fmt::format("{}", *v.time_s) : "-", v.gain);
     for (int i = 0; i < 12; ++i) text += fmt::format(" {}", v.P(i / 4, i % 4));

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -153,13 +155,16 @@ class CpuRenderer final : public WorldRenderer {
       DrawTessellation(*geometry, image);
   }
 
-  // `cameras`: may repeat.
-  void Bring(std::vector<std::int32_t> cameras) {
+  // `cameras`: may repeat; the ones that are there most often matter most.
+  void Bring(const std::vector<std::int32_t>& cameras) {
     if (!bring_) return;
-    std::ranges::sort(cameras);
-    cameras.erase(std::unique(cameras.begin(), cameras.end()), cameras.end());
+    std::map<std::int32_t, long> often;
+    for (const std::int32_t c : cameras) ++often[c];
+    std::vector<std::int32_t> wanted;
+    for (const auto& [c, n] : often) wanted.push_back(c);
+    std::ranges::stable_sort(wanted, std::greater<>(), [&](std::int32_t c) { return often[c]; });
     const Stopwatch watch;
-    bring_(cameras);
+    bring_(wanted);
     statistics_.bring_ms = 1000 * watch.Seconds();
   }
 

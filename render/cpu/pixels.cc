@@ -78,14 +78,17 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
 std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                                           const VisibilityMaps* visibility, const std::function<bool()>& stop,
                                           const Eigen::Vector2i& size_px) {
-  std::vector<std::atomic<bool>> blended(sources.views.size());
-  ForTiles(Weighed(sources, setup, proxy), proxy, visibility, stop, size_px, [&](const FramePlan& plan) {
-    for (const std::int32_t camera : plan.camera)
-      if (camera >= 0) blended[static_cast<std::size_t>(camera)].store(true, std::memory_order_relaxed);
+  std::vector<std::atomic<int>> blended(sources.views.size());  // by tiles
+  ForTiles(setup, proxy, visibility, stop, size_px, [&](const FramePlan& plan) {
+    std::vector<std::int32_t> here = plan.camera;
+    std::ranges::sort(here);
+    here.erase(std::unique(here.begin(), here.end()), here.end());
+    for (const std::int32_t camera : here)
+      if (camera >= 0) blended[static_cast<std::size_t>(camera)].fetch_add(1, std::memory_order_relaxed);
   });
   std::vector<std::int32_t> cameras;
   for (std::size_t j = 0; j < blended.size(); ++j)
-    if (blended[j]) cameras.push_back(static_cast<std::int32_t>(j));
+    cameras.insert(cameras.end(), static_cast<std::size_t>(blended[j]), static_cast<std::int32_t>(j));
   return cameras;
 }
 

@@ -34,7 +34,8 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
                            const VisibilityMaps* visibility, const PixelSources& blended,
                            const std::function<bool()>& stop, ImageF& image);
 
-// The cameras that RenderPixels would blend, ascending: by planning each tile and blending nothing.
+// The cameras that RenderPixels would blend, once for each tile, ascending: by planning and blending nothing. `setup`:
+// Weighed.
 std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                                           const VisibilityMaps* visibility, const std::function<bool()>& stop,
                                           const Eigen::Vector2i& size_px);

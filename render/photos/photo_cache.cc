@@ -70,30 +70,42 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
 
 void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
   ++number_;
-  int shift = 0;
-  const auto together = [&] {
-    std::size_t bytes = 0;
-    for (const std::int32_t v : wanted) bytes += Bytes(static_cast<std::size_t>(v), shift);
-    return bytes;
-  };
-  while (shift < kMostHalvings && together() > budget_) ++shift;
-  counts_.most_halved = std::max(counts_.most_halved, shift);
+  // A photo that is there halved comes as if it mattered half as much: else those about the limit would be read anew
+  // for picture after picture.
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const Photo& photo = photos_[static_cast<std::size_t>(wanted[i])];
+    order.emplace_back(!photo.levels.empty() && photo.level0_shift > 0 ? 2 * i + 1 : i, i);
+  }
+  std::ranges::sort(order);
+  std::vector<int> shift(wanted.size(), 0);
+  std::size_t together = 0;
+  for (const std::int32_t v : wanted) together += Bytes(static_cast<std::size_t>(v), 0);
+  for (int round = 0; round < kMostHalvings && together > budget_; ++round)
+    for (std::size_t n = order.size(); n-- > 0 && together > budget_;) {
+      const std::size_t i = order[n].second;
+      const auto v = static_cast<std::size_t>(wanted[i]);
+      together += Bytes(v, round + 1);
+      together -= Bytes(v, round);
+      shift[i] = round + 1;
+      counts_.most_halved = std::max(counts_.most_halved, round + 1);
+    }
 
-  std::vector<std::size_t> absent;
+  std::vector<std::size_t> absent;  // into `wanted`
   std::size_t bytes = 0;
-  for (const std::int32_t view : wanted) {
-    const auto v = static_cast<std::size_t>(view);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto v = static_cast<std::size_t>(wanted[i]);
     used_[v] = number_;
     Photo& photo = photos_[v];
-    if (!photo.levels.empty() && photo.level0_shift > shift) Drop(v);
+    if (!photo.levels.empty() && photo.level0_shift > shift[i]) Drop(v);
     if (photo.levels.empty()) {
-      absent.push_back(v);
-      bytes += Bytes(v, shift);
+      absent.push_back(i);
+      bytes += Bytes(v, shift[i]);
       continue;
     }
     // Finer than there is room for.
     const auto finer =
-        std::min(static_cast<std::size_t>(std::max(0, shift - photo.level0_shift)), photo.levels.size() - 1);
+        std::min(static_cast<std::size_t>(std::max(0, shift[i] - photo.level0_shift)), photo.levels.size() - 1);
     if (finer == 0) continue;
     held_ -= HeldBy(photo);
     photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
@@ -102,20 +114,22 @@ void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
   }
   MakeRoom(bytes, number_);
   std::size_t largest = 1;
-  for (const std::size_t v : absent)
-    largest = std::max(largest, static_cast<std::size_t>(SizeOf(scene_, v).cast<std::int64_t>().prod()));
+  for (const std::size_t i : absent)
+    largest = std::max(largest, static_cast<std::size_t>(
+                                    SizeOf(scene_, static_cast<std::size_t>(wanted[i])).cast<std::int64_t>().prod()));
   const std::size_t at_once = std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
   for (std::size_t from = 0; from < absent.size(); from += at_once)
     ParallelFor(std::min(at_once, absent.size() - from), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = from + begin; i < from + end; ++i) {
-        Photo photo = LoadPhoto(scene_, {static_cast<std::int32_t>(absent[i])}, {});
-        const auto finer = std::min(static_cast<std::size_t>(shift), photo.levels.size() - 1);
+        const std::int32_t view = wanted[absent[i]];
+        Photo photo = LoadPhoto(scene_, {view}, {});
+        const auto finer = std::min(static_cast<std::size_t>(shift[absent[i]]), photo.levels.size() - 1);
         photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
         photo.level0_shift = static_cast<int>(finer);
-        photos_[absent[i]] = std::move(photo);
+        photos_[static_cast<std::size_t>(view)] = std::move(photo);
       }
     });
-  for (const std::size_t v : absent) held_ += HeldBy(photos_[v]);
+  for (const std::size_t i : absent) held_ += HeldBy(photos_[static_cast<std::size_t>(wanted[i])]);
   counts_.read += static_cast<long>(absent.size());
   counts_.most = std::max(counts_.most, held_);
 }

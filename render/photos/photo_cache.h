@@ -21,9 +21,9 @@ class PhotoCache {
 
   // One a view of the scene, at the same address always; those that are not in memory have no levels.
   const std::vector<Photo>& photos() const { return photos_; }
-  // Has these in memory, reading in parallel what is not, and gives up others for them. Together larger than the budget
-  // they are halved, all alike, until they fit (or are a pixel). Throws InputError for a photo that cannot be read; not
-  // thread-safe.
+  // Has these in memory, each once, reading in parallel what is not, and gives up others for them. Together larger than
+  // the budget they are halved from the last one on, once each before one is halved again, until they fit (or are a
+  // pixel): the ones that matter most come first. Throws InputError for a photo that cannot be read; not thread-safe.
   void Bring(std::span<const std::int32_t> wanted);
 
   struct Counts {

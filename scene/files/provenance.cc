@@ -16,16 +16,19 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uintmax_t kWholeBytes = 1 << 20;  // files up to here are hashed whole
-constexpr std::size_t kSampleBytes = 1 << 16;    // of larger ones: so much of head and tail
+constexpr std::uintmax_t kWholeBytes = 1 << 20;   // files up to here are hashed whole
+constexpr std::uintmax_t kWholeOfMany = 1 << 16;  // of many files
+constexpr std::size_t kSampleBytes = 1 << 15;     // of larger ones: so much of head and tail
+
+std::uintmax_t WholeBytesAmong(std::size_t files) { return files > kManyFiles ? kWholeOfMany : kWholeBytes; }
 
 InputError Unreadable(const fs::path& path) { return InputError(path, "cannot be read"); }
 
-std::string FileFingerprint(const fs::path& path) {
+std::string FileFingerprint(const fs::path& path, std::uintmax_t whole_bytes = kWholeBytes) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw Unreadable(path);
-  if (size <= kWholeBytes) return fmt::format("{}-{}", size, HashOf(ReadText(path)));
+  if (size <= whole_bytes) return fmt::format("{}-{}", size, HashOf(ReadText(path)));
   std::ifstream in = OpenToRead(path);
   std::string ends(2 * kSampleBytes, '\0');
   in.read(ends.data(), kSampleBytes);
@@ -67,6 +70,10 @@ std::string HashOf(const std::string& bytes) {
   return fmt::format("{:016x}", OIIO::xxhash::XXH64(bytes.data(), bytes.size(), 0));
 }
 
+std::string FingerprintAmong(const fs::path& file, std::size_t files) {
+  return FileFingerprint(file, WholeBytesAmong(files));
+}
+
 std::string Fingerprint(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -87,7 +94,7 @@ std::string Fingerprint(const fs::path& path) {
   if (error) throw InputError(path, "cannot be listed: " + error.message());
   std::sort(names.begin(), names.end());
   std::string all;
-  for (const std::string& name : names) all += name + '\0' + FileFingerprint(path / name) + '\n';
+  for (const std::string& name : names) all += name + '\0' + FingerprintAmong(path / name, names.size()) + '\n';
   return fmt::format("{}-files-{}", names.size(), HashOf(all));
 }
 

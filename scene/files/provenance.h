@@ -24,8 +24,12 @@ struct Provenance {
 void ListKeys(JsonKeys& j, Provenance& p);
 
 // Content hash (XXH64 of the bytes, size in front) for files up to 1 MB; size, time and the hash of head and tail for
-// larger ones. A folder: of the sorted names and fingerprints of its files. "absent" where there is nothing.
+// larger ones. A folder: of the sorted names and fingerprints of its files; of more than kManyFiles those above 128 kB
+// count as larger ones, so that gigabytes of photos are not read at each start. "absent" where there is nothing.
+constexpr std::size_t kManyFiles = 1000;
 std::string Fingerprint(const std::filesystem::path& path);
+// As a file's of a folder with so many.
+std::string FingerprintAmong(const std::filesystem::path& file, std::size_t files);
 
 // XXH64, sixteen hexadecimal digits.
 std::string HashOf(const std::string& bytes);

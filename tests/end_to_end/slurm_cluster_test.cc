@@ -99,10 +99,12 @@ TEST_F(SlurmCluster, GivesTheBytesOfARunWithoutOne) {
   EXPECT_FALSE(fs::exists(scene / "provenance" / "jobs")) << "the jobs' files are gone";
   EXPECT_NE(there.err.find("proxy: job "), std::string::npos);
   std::cout << "here " << seconds_here_ << " s, as jobs " << there.seconds << " s\n";
-  // Again there is nothing to do.
+  // Again there is nothing to do: what the pictures are made of stays.
+  const auto film = fs::last_write_time(scene / "fly-through.mp4");
   const ProgramResult again = RunProgram(Command(scene, true));
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(FirstDifference(wanted, ComparableFiles(scene)), "");
+  EXPECT_EQ(fs::last_write_time(scene / "fly-through.mp4"), film);
+  EXPECT_LT(again.seconds, there.seconds);
 }
 
 TEST_F(SlurmCluster, ANodeIsKilledTheControllerRestartedTheSubmitterKilled) {

@@ -57,22 +57,27 @@ TEST_F(PhotosOnDisk, TheOnesUsedLongestAgoMakeRoom) {
   }
 }
 
-TEST_F(PhotosOnDisk, WhatIsTooMuchAtOnceIsHalvedAndComesBackWhole) {
-  PhotoCache cache(capture_.scene, 4 * one_);
+TEST_F(PhotosOnDisk, WhatIsTooMuchAtOnceIsHalvedFromTheLastOnAndComesBackWhole) {
+  PhotoCache cache(capture_.scene, 5 * one_);
   Bring(cache, {0, 1});
-  Bring(cache, {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  Bring(cache, {8, 7, 6, 5, 4, 3, 2, 1, 0});
   EXPECT_EQ(There(cache).size(), 9U);
-  for (const Photo& p : cache.photos()) {
-    EXPECT_EQ(p.level0_shift, 1);
-    EXPECT_EQ(p.levels[0].width, 32);
-  }
+  // Six at a quarter of their bytes beside three whole ones: 4.5 of 5; five would be 5.25.
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(cache.photos()[i].level0_shift, i < 6 ? 1 : 0) << i;
   EXPECT_EQ(cache.photos()[0].levels[0].data, capture_.photos[0].levels[1].data) << "one that was there";
   EXPECT_EQ(cache.photos()[5].levels[0].data, capture_.photos[5].levels[1].data) << "one that came";
-  EXPECT_LE(cache.counts().most, 4 * one_);
+  EXPECT_EQ(cache.photos()[8].levels[0].data, capture_.photos[8].levels[0].data) << "the one that matters most";
+  EXPECT_LE(cache.counts().most, 5 * one_);
   EXPECT_EQ(cache.counts().most_halved, 1);
   Bring(cache, {3});
   EXPECT_EQ(cache.photos()[3].level0_shift, 0);
   EXPECT_EQ(cache.photos()[3].levels[0].width, 64);
+  // All halved once, and the last ones twice.
+  PhotoCache narrow(capture_.scene, 2 * one_);
+  Bring(narrow, {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  EXPECT_EQ(narrow.photos()[0].level0_shift, 1);
+  EXPECT_EQ(narrow.photos()[8].level0_shift, 2);
+  EXPECT_LE(narrow.counts().most, 2 * one_);
 }
 
 TEST_F(PhotosOnDisk, LessThanAPixelEachIsStillSomething) {

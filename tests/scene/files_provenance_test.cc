@@ -44,6 +44,31 @@ TEST(Fingerprint, SeesALargeFileGrowOrChangeAtItsEnd) {
   EXPECT_NE(Fingerprint(folder / "a"), before);
 }
 
+TEST(Fingerprint, OfManyFilesSeesSizesTimesAndEndsAndDoesNotReadThemWhole) {
+  const TempFolder folder;
+  const fs::path file = folder / "photo.jpg";
+  std::string bytes(300000, 'x');
+  Write(file, bytes);
+  const auto time = fs::last_write_time(file);
+  const std::string few = Fingerprint(file), many = FingerprintAmong(file, kManyFiles + 1);
+  EXPECT_EQ(FingerprintAmong(file, kManyFiles), few);
+  bytes[150000] = 'y';  // in the middle, and the time put back
+  Write(file, bytes);
+  fs::last_write_time(file, time);
+  EXPECT_NE(Fingerprint(file), few);
+  EXPECT_EQ(FingerprintAmong(file, kManyFiles + 1), many) << "the middle is not read";
+  bytes[10] = 'y';
+  Write(file, bytes);
+  fs::last_write_time(file, time);
+  EXPECT_NE(FingerprintAmong(file, kManyFiles + 1), many);
+  fs::last_write_time(file, time + std::chrono::seconds(1));
+  EXPECT_NE(FingerprintAmong(file, kManyFiles + 1), many);
+  // Small files are read whole among any number.
+  const fs::path small = folder / "small.txt";
+  Write(small, "a");
+  EXPECT_EQ(FingerprintAmong(small, kManyFiles + 1), Fingerprint(small));
+}
+
 TEST(Fingerprint, OfAFolderSeesNamesAndContentsButNoLocks) {
   const TempFolder folder;
   Write(folder / "d/a", "1");
