@@ -67,6 +67,7 @@ TEST(CameraPaths, UpIsUpInEveryPhoto) {
 TEST(CameraPaths, ExamplesAreAsLongAsTheThesisSays) {
   const auto views = [](const char* name) { return PlanViews(ParseScene(ExampleJson(name), name, "."), 0).size(); };
   EXPECT_EQ(views("desk"), 262u);
+  EXPECT_EQ(views("street"), 5000u);
   EXPECT_EQ(views("hallway"), 1096u);
   EXPECT_EQ(views("car"), 36u);
   EXPECT_EQ(views("person"), 4u);
