@@ -70,8 +70,8 @@ class FolderLock {
 
 // An output folder that may be written into: absent, empty (but for a lock or temporaries of ours), or one that this
 // suite made (it holds a lumigraph.json or `marker`). Anything else is somebody's own: throws UsageError, nothing
-// touched. What killed runs left in one that may be written into is removed, unless (`others`) runs on other machines may
-// be writing there, whose processes nobody here knows.
+// touched. What killed runs left in one that may be written into is removed, unless (`others`) runs on other machines
+// may be writing there, whose processes nobody here knows.
 void RequireOurFolder(const std::filesystem::path& folder, const std::string& marker = "lumigraph.json",
                       bool others = false);
 

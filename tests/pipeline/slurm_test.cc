@@ -56,22 +56,28 @@ case $(cat "$FAKE/do-$n" 2>/dev/null) in
   timeout) echo TIMEOUT >"$FAKE/state-$n" ;;
   mute) echo COMPLETED >"$FAKE/state-$n" ;;
   wait) echo PENDING >"$FAKE/state-$n"
-    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done; echo RUNNING >"$FAKE/state-$n"; SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
+    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done
+     echo RUNNING >"$FAKE/state-$n"
+     SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
   *) echo RUNNING >"$FAKE/state-$n"
     (SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
 esac
 echo "$n;cluster"
 )");
     Program(bin() / "squeue", "exit 0\n");
-    Program(
-        bin() / "scontrol",
-        R"sh([ ! -e "$FAKE/controller-down" ] || { echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1; }
+    Program(bin() / "scontrol",
+            R"sh([ ! -e "$FAKE/controller-down" ] ||
+  { echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1; }
 [ -e "$FAKE/state-$3" ] || { echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1; }
 echo "JobId=$3 JobName=lumi UserId=root(0) JobState=$(cat "$FAKE/state-$3") Reason=Resources Dependency=(null)"
 )sh");
     Program(bin() / "lumi-fake", R"sh(echo "@progress 1 2 counting things" >&2
 echo "a remark" >&2
-[ "$1" != fail ] || { echo "lumi-fake: it does not go: take more" >&2; echo '{"error":{"code":1,"message":"it does not go","hint":"take more"}}'; exit 1; }
+[ "$1" != fail ] || {
+  echo "lumi-fake: it does not go: take more" >&2
+  echo '{"error":{"code":1,"message":"it does not go","hint":"take more"}}'
+  exit 1
+}
 [ -e "$FAKE/runs" ] && reused=true || reused=false
 echo run >>"$FAKE/runs"
 printf '{"said":"%s","where":"%s","reused":%s,"run":%s}' "$1" "$PWD" $reused "$(wc -l <"$FAKE/runs")"
