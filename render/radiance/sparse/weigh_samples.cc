@@ -2,9 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
 
+#include "render/radiance/optimum/coherent_order.h"
 #include "render/radiance/optimum/keep_largest.h"
 #include "render/radiance/reconstruct.h"
+#include "render/radiance/sparse/cameras_in_sight.h"
 
 namespace lumi {
 namespace {
@@ -42,39 +49,113 @@ RaySamples VertexRays(const ViewSetup& setup, const SparseGeometry& geometry) {
   return rays;
 }
 
+namespace {
+
+// From so many cameras on, those that see nothing of a chunk's points are left out of its ranking. Their weights are 0
+// either way.
+constexpr int kManyCameras = 512;
+
+bool OnlyWhoSeesCounts(const ViewSetup& setup) {
+  return setup.settings.field_of_view && setup.settings.combine == Combine::kSmooth && !setup.method;
+}
+
+// A chunk's rays, and where they came from.
+struct Chunk {
+  RaySamples rays;
+  Eigen::AlignedBox3f box;
+  void Take(const RaySamples& from, std::span<const std::uint32_t> which) {
+    rays.direction.clear();
+    rays.t.clear();
+    rays.normal.clear();
+    box.setEmpty();
+    for (const std::uint32_t i : which) {
+      rays.direction.push_back(from.direction[i]);
+      rays.t.push_back(from.t[i]);
+      if (i < from.normal.size()) rays.normal.push_back(from.normal[i]);
+      box.extend(from.t[i] * from.direction[i]);
+    }
+  }
+};
+
+// What a thread ranks with: the view's setup with some of its cameras.
+class Part {
+ public:
+  explicit Part(const ViewSetup& setup) : all_(setup) {
+    part_.desired = setup.desired;
+    part_.settings = setup.settings;
+    part_.ray_from_pixel = setup.ray_from_pixel;
+    part_.focal_px = setup.focal_px;
+  }
+  const ViewSetup& Seeing(const Eigen::AlignedBox3f& box) {
+    CamerasInSight(all_.sources, box, seeing_);
+    Subset(all_.sources, seeing_, part_.sources);
+    return part_;
+  }
+  std::int32_t Camera(std::int32_t of_part) const { return seeing_[static_cast<std::size_t>(of_part)]; }
+
+ private:
+  const ViewSetup& all_;
+  ViewSetup part_;
+  std::vector<std::int32_t> seeing_;
+};
+
+}  // namespace
+
 void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays,
                   const ForRanges& for_ranges, WeightTable& table, OptimumCounts& counts) {
-  const std::size_t chunks = (rays.size() + kRaysAChunk - 1) / kRaysAChunk;
+  // Rays that meet the proxy close together are seen by few.
+  const bool many = setup.sources.count >= kManyCameras && OnlyWhoSeesCounts(setup);
+  std::vector<std::uint32_t> order;
+  if (many) {
+    order = CoherentOrder(rays, kRaysAChunk);
+  } else {
+    order.resize(rays.size());
+    std::iota(order.begin(), order.end(), 0U);
+  }
+  const std::size_t chunks = (order.size() + kRaysAChunk - 1) / kRaysAChunk;
   std::vector<WeightTable> tables(chunks);
   std::vector<OptimumCounts> counted(chunks);
   for_ranges(chunks, 1, [&](std::size_t begin, std::size_t end) {
     WeighScratch scratch;
-    RaySamples some;
+    Chunk chunk;
+    std::optional<Part> part;
+    if (many) part.emplace(setup);
     for (std::size_t c = begin; c < end; ++c) {
-      const auto from = static_cast<std::ptrdiff_t>(c * kRaysAChunk),
-                 to = static_cast<std::ptrdiff_t>(std::min(rays.size(), (c + 1) * kRaysAChunk));
-      some.direction.assign(rays.direction.begin() + from, rays.direction.begin() + to);
-      some.t.assign(rays.t.begin() + from, rays.t.begin() + to);
-      some.normal.assign(rays.normal.begin() + from, rays.normal.begin() + to);
-      Reconstruct(setup, visibility, some, tables[c], counted[c], scratch);
+      chunk.Take(rays,
+                 std::span(order).subspan(c * kRaysAChunk, std::min(kRaysAChunk, order.size() - c * kRaysAChunk)));
+      Reconstruct(part ? part->Seeing(chunk.box) : setup, visibility, chunk.rays, tables[c], counted[c], scratch);
+      if (part)
+        for (std::int32_t& camera : tables[c].camera) camera = part->Camera(camera);
       // A triangle draws few photos: what the optimum spreads over all is cut to the k that weigh most, continuously.
       if (setup.settings.similarity == Similarity::kFull && setup.settings.k > 0)
         KeepLargest(tables[c], setup.settings.k);
       SortByCamera(tables[c]);
     }
   });
+  // In the rays' own order.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> row(rays.size(), {0, 0});  // of which chunk, which of its rays
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  for (auto& r : row) r.first = kNone;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    row[order[i]] = {static_cast<std::uint32_t>(i / kRaysAChunk), static_cast<std::uint32_t>(i % kRaysAChunk)};
   table.first.assign(1, 0);
   table.camera.clear();
   table.weight.clear();
   table.alpha.clear();
-  for (std::size_t c = 0; c < chunks; ++c) {
-    const std::int32_t base = table.first.back();
-    for (std::size_t i = 1; i < tables[c].first.size(); ++i) table.first.push_back(base + tables[c].first[i]);
-    table.camera.insert(table.camera.end(), tables[c].camera.begin(), tables[c].camera.end());
-    table.weight.insert(table.weight.end(), tables[c].weight.begin(), tables[c].weight.end());
-    table.alpha.insert(table.alpha.end(), tables[c].alpha.begin(), tables[c].alpha.end());
-    counts += counted[c];
+  for (const auto& [c, i] : row) {
+    if (c == kNone) {  // it misses the proxy
+      table.alpha.push_back(0);
+    } else {
+      const WeightTable& from = tables[c];
+      const auto begin = static_cast<std::ptrdiff_t>(from.first[i]),
+                 end = static_cast<std::ptrdiff_t>(from.first[i + 1]);
+      table.camera.insert(table.camera.end(), from.camera.begin() + begin, from.camera.begin() + end);
+      table.weight.insert(table.weight.end(), from.weight.begin() + begin, from.weight.begin() + end);
+      table.alpha.push_back(from.alpha[i]);
+    }
+    table.first.push_back(static_cast<std::int32_t>(table.camera.size()));
   }
+  for (const OptimumCounts& c : counted) counts += c;
 }
 
 }  // namespace lumi
