@@ -56,7 +56,7 @@ case $(cat "$FAKE/do-$n" 2>/dev/null) in
   timeout) echo TIMEOUT >"$FAKE/state-$n" ;;
   mute) echo COMPLETED >"$FAKE/state-$n" ;;
   wait) echo PENDING >"$FAKE/state-$n"
-    (while [ ! -e "$FAKE/go" ]; do sleep 0.05; done
+    (while [ -d "$FAKE" ] && [ ! -e "$FAKE/go" ]; do sleep 0.05; done; [ -d "$FAKE" ] || exit
      echo RUNNING >"$FAKE/state-$n"
      SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
   *) echo RUNNING >"$FAKE/state-$n"
