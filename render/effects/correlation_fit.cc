@@ -155,18 +155,22 @@ double ErrorOf(const std::vector<CorrelationBin>& bins, double r_min, double r_m
   return error / sum;
 }
 
-// 1 - gamma(h) / gamma(far) of the bins with pairs enough; none: nothing differs.
-std::vector<CorrelationBin> Correlogram(const Variogram& v) {
-  // What no correlation is: the pairs farthest apart.
+// What no correlation is: the mean squared difference of the pairs farthest apart. 0: there are none, or none differ.
+double FarSquare(const Variogram& v) {
   double all = 0, far = 0, far_pairs = 0;
   for (const double n : v.pairs) all += n;
   for (std::size_t i = kBins; i-- > 0 && far_pairs < kFarShare * all;) {
     far += v.square[i];
     far_pairs += v.pairs[i];
   }
+  return far_pairs > 0 ? far / far_pairs : 0;
+}
+
+// 1 - gamma(h) / gamma(far) of the bins with pairs enough; none: nothing differs.
+std::vector<CorrelationBin> Correlogram(const Variogram& v) {
   std::vector<CorrelationBin> bins;
-  if (!(far_pairs > 0) || !(far > 0)) return bins;
-  far /= far_pairs;
+  const double far = FarSquare(v);
+  if (!(far > 0)) return bins;
   for (std::size_t i = 0; i < kBins; ++i)
     if (v.pairs[i] >= kLeastPairs)
       bins.push_back({v.angle[i] / v.pairs[i], 1 - v.square[i] / v.pairs[i] / far, std::lround(v.pairs[i])});
@@ -258,17 +262,13 @@ void FindPlaces(const std::vector<Look>& looks, const Variogram& whole, int regi
     Variogram v = node[n];
     v.Add(whole, kPriorPoints / whole.points);
     weight[n] = node[n].points;
-    double far = 0, far_pairs = 0, all = 0;
-    for (const std::size_t b : bin) all += v.pairs[b];
-    for (std::size_t i = bin.size(); i-- > 0 && far_pairs < kFarShare * all;) {
-      far += v.square[bin[i]];
-      far_pairs += v.pairs[bin[i]];
-    }
+    const double far = FarSquare(v);
     row[n].resize(static_cast<Eigen::Index>(bin.size()));
-    for (std::size_t i = 0; i < bin.size(); ++i)
+    for (std::size_t i = 0; i < bin.size(); ++i) {
+      const std::size_t b = bin[i];
       row[n][static_cast<Eigen::Index>(i)] =
-          far > 0 ? std::pow(whole.pairs[bin[i]], 0.25) * (1 - v.square[bin[i]] / v.pairs[bin[i]] * far_pairs / far)
-                  : 0.0;
+          far > 0 ? std::pow(whole.pairs[b], 0.25) * (1 - v.square[b] / v.pairs[b] / far) : 0.0;
+    }
   }
   places->kind = Kinds(row, weight, LeavesByPlace::kMostKinds);
   const std::size_t kinds = static_cast<std::size_t>(std::ranges::max(places->kind)) + 1;

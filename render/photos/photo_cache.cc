@@ -28,6 +28,13 @@ std::size_t HeldBy(const Photo& photo) {
   return bytes;
 }
 
+// So often, but not to less than a pixel.
+void Halve(Photo& photo, int times) {
+  const auto finer = std::min(static_cast<std::size_t>(times), photo.levels.size() - 1);
+  photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
+  photo.level0_shift += static_cast<int>(finer);
+}
+
 constexpr int kMostHalvings = 16;
 // Of a photo that is being read: its file's picture, a copy and the pyramid. So much of it at once beside the budget.
 constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
@@ -68,70 +75,76 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
   }
 }
 
-void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
-  ++number_;
+// How often each of `wanted` has to be halved for all of them to fit.
+std::vector<int> PhotoCache::HalvingsOf(std::span<const std::int32_t> wanted) const {
   // A photo that is there halved comes as if it mattered half as much: else those about the limit would be read anew
   // for picture after picture.
   std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
+  std::size_t together = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const Photo& photo = photos_[static_cast<std::size_t>(wanted[i])];
-    order.emplace_back(!photo.levels.empty() && photo.level0_shift > 0 ? 2 * i + 1 : i, i);
+    const auto v = static_cast<std::size_t>(wanted[i]);
+    order.emplace_back(photos_[v].level0_shift > 0 ? 2 * i + 1 : i, i);
+    together += Bytes(v, 0);
   }
   std::ranges::sort(order);
-  std::vector<int> shift(wanted.size(), 0);
-  std::size_t together = 0;
-  for (const std::int32_t v : wanted) together += Bytes(static_cast<std::size_t>(v), 0);
+  std::vector<int> halvings(wanted.size(), 0);
   for (int round = 0; round < kMostHalvings && together > budget_; ++round)
     for (std::size_t n = order.size(); n-- > 0 && together > budget_;) {
       const std::size_t i = order[n].second;
       const auto v = static_cast<std::size_t>(wanted[i]);
       together += Bytes(v, round + 1);
       together -= Bytes(v, round);
-      shift[i] = round + 1;
-      counts_.most_halved = std::max(counts_.most_halved, round + 1);
+      halvings[i] = round + 1;
     }
+  return halvings;
+}
 
-  std::vector<std::size_t> absent;  // into `wanted`
-  std::size_t bytes = 0;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto v = static_cast<std::size_t>(wanted[i]);
-    used_[v] = number_;
-    Photo& photo = photos_[v];
-    if (!photo.levels.empty() && photo.level0_shift > shift[i]) Drop(v);
-    if (photo.levels.empty()) {
-      absent.push_back(i);
-      bytes += Bytes(v, shift[i]);
-      continue;
-    }
-    // Finer than there is room for.
-    const auto finer =
-        std::min(static_cast<std::size_t>(std::max(0, shift[i] - photo.level0_shift)), photo.levels.size() - 1);
-    if (finer == 0) continue;
-    held_ -= HeldBy(photo);
-    photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
-    photo.level0_shift += static_cast<int>(finer);
-    held_ += HeldBy(photo);
-  }
-  MakeRoom(bytes, number_);
+// Of these places in `wanted`, the photos, halved so often.
+void PhotoCache::Read(std::span<const std::int32_t> wanted, const std::vector<std::size_t>& absent,
+                      const std::vector<int>& halvings) {
   std::size_t largest = 1;
   for (const std::size_t i : absent)
     largest = std::max(largest, static_cast<std::size_t>(
                                     SizeOf(scene_, static_cast<std::size_t>(wanted[i])).cast<std::int64_t>().prod()));
   const std::size_t at_once = std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
+  std::vector<Photo> read(absent.size());
   for (std::size_t from = 0; from < absent.size(); from += at_once)
     ParallelFor(std::min(at_once, absent.size() - from), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = from + begin; i < from + end; ++i) {
-        const std::int32_t view = wanted[absent[i]];
-        Photo photo = LoadPhoto(scene_, {view}, {});
-        const auto finer = std::min(static_cast<std::size_t>(shift[absent[i]]), photo.levels.size() - 1);
-        photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
-        photo.level0_shift = static_cast<int>(finer);
-        photos_[static_cast<std::size_t>(view)] = std::move(photo);
+        read[i] = LoadPhoto(scene_, {wanted[absent[i]]}, {});
+        Halve(read[i], halvings[absent[i]]);
       }
     });
-  for (const std::size_t i : absent) held_ += HeldBy(photos_[static_cast<std::size_t>(wanted[i])]);
+  for (std::size_t i = 0; i < absent.size(); ++i) {
+    held_ += HeldBy(read[i]);
+    photos_[static_cast<std::size_t>(wanted[absent[i]])] = std::move(read[i]);
+  }
   counts_.read += static_cast<long>(absent.size());
   counts_.most = std::max(counts_.most, held_);
+}
+
+void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
+  ++number_;
+  const std::vector<int> halvings = HalvingsOf(wanted);
+  std::vector<std::size_t> absent;  // places in `wanted`
+  std::size_t bytes = 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto v = static_cast<std::size_t>(wanted[i]);
+    used_[v] = number_;
+    counts_.most_halved = std::max(counts_.most_halved, halvings[i]);
+    Photo& photo = photos_[v];
+    if (!photo.levels.empty() && photo.level0_shift > halvings[i]) Drop(v);
+    if (photo.levels.empty()) {
+      absent.push_back(i);
+      bytes += Bytes(v, halvings[i]);
+    } else {  // finer than there is room for
+      held_ -= HeldBy(photo);
+      Halve(photo, halvings[i] - photo.level0_shift);
+      held_ += HeldBy(photo);
+    }
+  }
+  MakeRoom(bytes, number_);
+  Read(wanted, absent, halvings);
 }
 
 }  // namespace lumi

@@ -37,6 +37,9 @@ class PhotoCache {
   std::size_t Bytes(std::size_t photo, int shift) const;
   void Drop(std::size_t photo);
   void MakeRoom(std::size_t bytes, long keep_from);
+  std::vector<int> HalvingsOf(std::span<const std::int32_t> wanted) const;
+  void Read(std::span<const std::int32_t> wanted, const std::vector<std::size_t>& absent,
+            const std::vector<int>& halvings);
 
   const Scene& scene_;
   std::size_t budget_, held_ = 0;

@@ -200,6 +200,14 @@ PrintedFigures ReadPrintedFigures(const std::filesystem::path& file) {
   return figures;
 }
 
+std::vector<std::string> WithoutRoot(std::vector<std::string> lines, const std::filesystem::path& root) {
+  const std::string folder = std::filesystem::absolute(root).lexically_normal().string();
+  const std::string prefix = folder.ends_with('/') ? folder : folder + "/";
+  for (std::string& line : lines)
+    for (std::size_t at; (at = line.find(prefix)) != std::string::npos;) line.erase(at, prefix.size());
+  return lines;
+}
+
 std::string ToJson(const PrintedFigures& figures) {
   nlohmann::ordered_json parts = nlohmann::ordered_json::object();
   for (const auto& [name, part] : figures)

@@ -28,6 +28,9 @@ struct PrintedPart {
 constexpr const char* kFiguresFile = "docs/figures.json";
 using PrintedFigures = std::map<std::string, PrintedPart>;  // by the part's name
 
+// What a part printed with paths as they are from `root`: files that are kept tell nothing of the machine's folders.
+std::vector<std::string> WithoutRoot(std::vector<std::string> lines, const std::filesystem::path& root);
+
 // Throws Error where the file is no such file; an absent file has no parts.
 PrintedFigures ReadPrintedFigures(const std::filesystem::path& file);
 std::string ToJson(const PrintedFigures& figures);

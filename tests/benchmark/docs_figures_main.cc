@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
   lumi::Options record =
       program.Command("record", "What a part of bench.sh printed, from stdin, into docs/figures.json", [&] {
         lumi::PrintedFigures figures = lumi::ReadPrintedFigures(root / lumi::kFiguresFile);
-        printed.lines = lumi::ReadStdin().lines;
+        printed.lines = lumi::WithoutRoot(lumi::ReadStdin().lines, root);
         printed.seconds = std::round(printed.seconds);
         figures[part] = printed;
         lumi::WriteTextAtomically(root / lumi::kFiguresFile, lumi::ToJson(figures));

@@ -96,6 +96,14 @@ TEST(DocsFigures, TheFileKeepsWhatWasPrinted) {
   EXPECT_THROW(ReadPrintedFigures(file), InputError);
 }
 
+TEST(DocsFigures, WhatIsKeptHasNoPathsOfTheMachine) {
+  EXPECT_EQ(WithoutRoot({"against /home/me/lumi/build/a, /home/me/lumi/b", "/home/me/lumi-2/c", ""}, "/home/me/lumi/."),
+            (std::vector<std::string>{"against build/a, b", "/home/me/lumi-2/c", ""}));
+  for (const auto& [part, printed] : ReadPrintedFigures(std::filesystem::path(LUMI_SOURCE_DIR) / kFiguresFile))
+    for (const std::string& line : printed.lines)
+      EXPECT_FALSE(std::regex_search(line, std::regex("(^|[ \"(])/[A-Za-z]"))) << part << ": " << line;
+}
+
 // The figures in README and docs are those that bench.sh printed: ./bench.sh --update-docs writes both.
 TEST(DocsFigures, PagesSayWhatTheBenchPrinted) {
   const std::filesystem::path root = LUMI_SOURCE_DIR;

@@ -106,6 +106,25 @@ printf '{"said":"%s","where":"%s","reused":%s,"run":%s}' "$1" "$PWD" $reused "$(
     int run = 0;
     friend void ListKeys(JsonKeys& j, Said& s) { j("said", s.said, "where", s.where, "run", s.run); }
   };
+  // A run whose first job waits in the queue, killed there.
+  void LeaveWaiting(const ExecutedStage& stage) const {
+    Do(1, "wait");
+    const pid_t run = ::fork();
+    if (run == 0) {
+      Heard heard;
+      MakeSlurmExecutor(Options())->Run(stage, heard);
+      ::_exit(0);
+    }
+    const auto has_id = [&] {
+      std::error_code error;
+      for (const auto& entry : fs::directory_iterator(jobs(), error))
+        if (fs::exists(entry.path() / "id")) return true;
+      return false;
+    };
+    while (!has_id()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ::kill(run, SIGKILL);
+    ::waitpid(run, nullptr, 0);
+  }
   int Lines(const char* file) const {
     std::error_code error;
     if (!fs::exists(folder_ / file, error)) return 0;
@@ -198,23 +217,8 @@ TEST_F(Slurm, WhatSomebodyEndedIsNotSubmittedAgain) {
 }
 
 TEST_F(Slurm, ASecondStartFollowsTheJobOfOneThatWasKilled) {
-  Do(1, "wait");
-  const pid_t first = ::fork();
-  if (first == 0) {
-    Heard heard;
-    MakeSlurmExecutor(Options())->Run(Stage("x"), heard);
-    ::_exit(0);
-  }
+  LeaveWaiting(Stage("x"));
   const auto pause = [](int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); };
-  const auto has_id = [&] {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(jobs(), error))
-      if (fs::exists(entry.path() / "id")) return true;
-    return false;
-  };
-  while (!has_id()) pause(10);
-  ::kill(first, SIGKILL);
-  ::waitpid(first, nullptr, 0);
   std::thread later([&] {
     pause(300);
     WriteTextAtomically(folder_ / "controller-down", "");  // restarted: jobs go on
@@ -234,17 +238,7 @@ TEST_F(Slurm, ASecondStartFollowsTheJobOfOneThatWasKilled) {
 }
 
 TEST_F(Slurm, AJobOfOtherOptionsThatIsNotDoneIsInTheWay) {
-  Do(1, "wait");
-  const pid_t first = ::fork();
-  if (first == 0) {
-    Heard heard;
-    MakeSlurmExecutor(Options())->Run(Stage("other"), heard);
-    ::_exit(0);
-  }
-  while (!fs::exists(folder_ / "state-1")) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));
-  ::kill(first, SIGKILL);
-  ::waitpid(first, nullptr, 0);
+  LeaveWaiting(Stage("other"));
   try {
     MakeSlurmExecutor(Options())->Run(Stage("x"), heard_);
     FAIL();
