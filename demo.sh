@@ -4,19 +4,21 @@
 #   ./demo.sh                       on a desk that lumi-simulate photographs
 #   ./demo.sh PHOTOS|VIDEO          on yours
 #   ./demo.sh -o SCENE INPUT [...]  results go to SCENE instead of captures/NAME; further options go to lumi-pipeline
+#   ./demo.sh --package FILE.deb [INPUT ...]    with the programs of a Debian package, which is installed: nothing is compiled
 set -euo pipefail
 start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 . scripts/common.sh
 
-usage() { sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; }
+usage() { sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; }
 absolute() { case $1 in /*) printf '%s' "$1" ;; *) printf '%s/%s' "$start_folder" "$1" ;; esac; }
 
-input='' output='' more=()
+input='' output='' package='' more=()
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help) usage; exit 0 ;;
     -o | --output) [ $# -ge 2 ] || die "$1 needs a folder" 2; output=$(absolute "$2"); shift 2 ;;
+    --package) [ $# -ge 2 ] || die "$1 needs a .deb file" 2; package=$(absolute "$2"); shift 2 ;;
     --) shift; more+=("$@"); break ;;
     -*) # An option of lumi-pipeline, with its value where one follows.
       more+=("$1"); shift
@@ -29,9 +31,14 @@ if [ -n "$input" ]; then
   [ -e "$input" ] || die "$input does not exist" 2
 fi
 
-install_packages
-build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export lumi-simulate lumi-view
-bin=$PWD/build/release/bin
+if [ -n "$package" ]; then
+  install_package "$package"
+  bin=$(dirname "$(command -v lumi-pipeline)")
+else
+  install_packages
+  build release lumi-pipeline lumi-reconstruct lumi-proxy lumi-render lumi-export lumi-simulate lumi-view
+  bin=$PWD/build/release/bin
+fi
 
 if [ -z "$input" ]; then
   capture=captures/desk-capture

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kMostCorners = 200;  // along a side of a board
 
-// Where files will go, before anything is computed.
+// Checks that all outputs may be written, before anything is computed.
 void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& summary) {
   if (options.output.empty() || options.output.filename().empty() || fs::is_directory(options.output))
     throw UsageError(fmt::format("{} is no name of a file", options.output.string()), "-o camera.yaml");
@@ -48,7 +48,7 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
   const Camera pinhole = PinholeInside(camera);
   const Undistorter undistort(camera, pinhole);
   fs::create_directories(options.undistort);
-  // First: by it a run that goes on where this one ended knows the folder for its own.
+  // Written first: by this file a later run recognises the folder as its own.
   WriteCameraYaml(pinhole, options.undistort / "camera.yaml");
   int written = 0;
   const auto write = [&](const std::string& stem, const Image8& photo) {
@@ -74,7 +74,7 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
       try {
         write(stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string(), ReadImage8(photo));
       } catch (const InputError&) {
-        // Told among the refused already.
+        // Already named among the refused photos.
       }
     }
   }

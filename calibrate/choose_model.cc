@@ -16,9 +16,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kSameErrorPx = 1e-4;  // cross-validated errors nearer than this are one
+constexpr double kSameErrorPx = 1e-4;  // cross-validated errors nearer than this are equal
 constexpr std::size_t kLeastTrainingViews = 3;
-constexpr double kSharedSigmas = 2;  // a focal length this near to the other models' is theirs
+constexpr double kSharedSigmas = 2;  // a focal length this near to the other models' agrees with theirs
 
 // Whether the terms that `rich` frees and `lean` holds are jointly zero within three standard deviations of rich's own
 // fit.
@@ -44,7 +44,7 @@ bool ExtraTermsAreNoise(const Calibration& rich, const LensModel& lean) {
   return value.dot(SolveSymmetric(covariance, value).col(0)) <= kThreeSigma[extra.size()];
 }
 
-// Whether a model's held-out error is the best one's, within what may be luck.
+// Whether a model's held-out error equals the best model's within statistical noise.
 bool WithinNoise(const HeldOutFit& fit, const HeldOutFit& best, const LensModel& model) {
   if (*fit.rms_px <= *best.rms_px + kSameErrorPx) return true;
   const auto n = static_cast<double>(best.squares.size());
@@ -55,7 +55,7 @@ bool WithinNoise(const HeldOutFit& fit, const HeldOutFit& best, const LensModel&
   return mean <= std::sqrt(variance / n) || ExtraTermsAreNoise(best.all, model);
 }
 
-// The focal length on which models agree that do as well as one another, and how well they know it.
+// The focal length that most models that do as well as one another agree on, and its uncertainty.
 struct SharedFocal {
   double median_px = 0, sigma_px = 0;  // sigma: the larger of their median own one and of their scatter (by MAD)
   bool IsSharedBy(const Calibration& c) const {
@@ -74,9 +74,9 @@ SharedFocal FocalOf(const std::vector<HeldOutFit>& fits, const std::vector<char>
   return {median, std::max(Median(sigmas), kSigmaPerMad * Median(deviations))};
 }
 
-// Root mean square of what the answers of models that do as well differ from this one's, less what they differ by where
-// this one is right: a model with more terms scatters by more, and by the difference of the variances about the leaner
-// one's answer (Hausman's test rests on the same).
+// Root mean square difference between this model's answer and those of the models that do as well, less the difference
+// to be expected where this model is right: a model with more terms scatters by more, namely by the difference of the
+// variances about the leaner model's answer (the basis of Hausman's test).
 PixelTerms SpreadAround(const Calibration& chosen, const std::vector<HeldOutFit>& fits,
                         const std::vector<char>& as_good) {
   const auto spread = [&](double PixelTerms::*term) {

@@ -22,11 +22,11 @@ struct HeldOutFit {
   double seconds = 0;
 };
 
-// start: of all terms; those that a model holds rest.
+// start: values of all terms; a term that a model holds is set to its resting value.
 std::vector<HeldOutFit> FitModels(const Board& board, const std::vector<BoardView>& views,
                                   const std::vector<LensModel>& models, const CalibrationStart& start, int fold_count);
 
-// Which model, and what the others that do as well make of its answer.
+// Which model is chosen, and how far the answers of the others that do as well differ from its own.
 struct ModelChoice {
   std::size_t model = 0;
   std::string why;            // one line

@@ -20,7 +20,7 @@ constexpr int kLeastSidePx = 32;
 constexpr double kSoftening = 0.2, kMostSofteningPx = 1;  // Gaussian's sigma: share of the window, and at most
 constexpr double kSearchSidePx =
     1600;  // boards are searched in pictures no larger: the refinement works on the photo itself
-constexpr double kNameSidePx = 480;  // and other boards named in ones no larger than this
+constexpr double kNameSidePx = 480;  // boards of other sizes are sought in pictures no larger than this
 
 cv::Mat Shrunk(const cv::Mat& grey, double side_px) {
   const double scale = side_px / std::max(grey.cols, grey.rows);

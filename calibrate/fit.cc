@@ -368,17 +368,17 @@ FitResult Fit(const Board& board, std::vector<BoardView> views, int width_px, in
   const LensModel simple = *LensModelFromName(kSimplestUseful);
   result.views = std::move(views);
 
-  // Judged with the fewest terms of use: what leaves these open leaves everything open.
+  // Judged by the model with the fewest useful terms: data that leave these undetermined determine no other model.
   const auto judge = [&](const Calibration& c) {
     const double relative = c.Sigma(kFx, std::max(c.noise_px, kNoiseFloorPx)) / c.intrinsics[kFx];
     if (c.usable && relative <= options.max_focal_sigma) return;
     ThrowUndetermined(board, result.views, width_px, height_px,
                       c.usable ? fmt::format("its standard deviation would be {:.1f} %", 100 * relative) : c.why);
   };
-  // Parallel boards are told before outliers are looked for: with the focal length open any view can be made one.
+  // Parallel boards are detected before outliers: with the focal length undetermined, any view can be made an outlier.
   judge(Refine(board, result.views, {simple, kFirstRobustScalePx, kQuickIterations}, Restrict(*start, simple)));
 
-  // With few views the fullest model would take outliers along.
+  // With few views the fullest model would fit outliers, too.
   const LensModel rich = result.views.size() < kViewsForFullest ? simple : FullestModel(options.fix_aspect);
   const Calibration robust = options.keep_outliers
                                  ? Refine(board, result.views, {rich, 0, kFullIterations}, Restrict(*start, rich))

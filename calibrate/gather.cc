@@ -196,8 +196,8 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
             {view_of(c).name,
              fmt::format("blurred: edges {:.1f} px wide, {:.1f} in the median frame", c.board.edge_width_px, typical)});
     }
-    // Coverage: always the frame whose board is farthest, in its nearest twin, from those taken; the sharpest is the
-    // first.
+    // For coverage, the next frame taken is always the one whose board is farthest from the nearest board among those
+    // taken; the first is the sharpest.
     const double same = kSameViewShare * std::hypot(gathered.width_px, gathered.height_px);
     std::vector<double> distance(sharp.size(), 1e30);
     std::vector<bool> taken(sharp.size());

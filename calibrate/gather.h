@@ -20,9 +20,8 @@ struct Gathered {
   int width_px = 0, height_px = 0;
   bool video = false;
   std::vector<BoardView> views;
-  std::vector<RefusedView>
-      refused;       // photos; of a video only frames with a board that were not taken for a fault of theirs
-  int pictures = 0;  // photos or frames there are
+  std::vector<RefusedView> refused;  // photos; of a video only frames with a board, refused for a fault
+  int pictures = 0;                  // photos or frames there are
   int searched = 0;
   int without_board = 0;
   int redundant = 0;  // frames of a video that show what others show

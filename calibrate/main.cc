@@ -38,6 +38,9 @@ int main(int argc, char** argv) {
       .Default();
   app.Flag("--tradeoff", options.tradeoff,
            "Also error, standard deviation and seconds against the number of views: table, JSON and SVG");
+  app.Examples(
+      "lumi-calibrate boards --board 9x6 --square-mm 25 -o camera.yaml\n"
+      "lumi-reconstruct photos -o scene --camera camera.yaml");
   program.RunAndExit(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Calibrate(options, program.progress());

@@ -8,6 +8,13 @@ add_library(lumi_warnings INTERFACE)
 target_compile_options(lumi_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wcast-align -Woverloaded-virtual -Wno-unknown-pragmas)
 
+# The Python module links the libraries, so that their code must run wherever it is loaded. A function that is seen from
+# outside is still inlined: nobody puts another one in its place.
+if(LUMI_PYTHON)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(lumi_warnings INTERFACE -fno-semantic-interposition)
+endif()
+
 # Third-party headers are SYSTEM: their warnings are not ours to mend.
 set(CMAKE_NO_SYSTEM_FROM_IMPORTED OFF)
 
@@ -62,8 +69,8 @@ endfunction()
 function(lumi_library name)
   cmake_parse_arguments(arg "COLD" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
-  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} lumi_warnings)
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/lumigraph>)
+  target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:lumi_warnings>)
   lumi_unity(${name} 10)
   if(arg_COLD)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
@@ -79,6 +86,9 @@ function(lumi_program name main)
   target_link_libraries(${name} PRIVATE ${arg_LIBS} lumi_warnings)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   lumi_pch(${name} cold)
+  if(name MATCHES "^lumi-")  # else it is a benchmark's
+    install(TARGETS ${name} RUNTIME COMPONENT programs)
+  endif()
 endfunction()
 
 function(lumi_test name)

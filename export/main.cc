@@ -38,5 +38,8 @@ int main(int argc, char** argv) {
       "--points", gltf.points,
       "Also FILE.ply: the proxy's vertices and the scene's points with normals and colours, as splat tools begin with");
   program.options().RequireCommand();
+  program.options().Examples(
+      "lumi-export web scene -o walk.html          one file that can be mailed\n"
+      "lumi-export gltf scene -o scene.glb         the proxy with colours, and the cameras");
   program.RunAndExit(argc, argv);
 }

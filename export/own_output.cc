@@ -8,7 +8,7 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kMarkWithin = 4096;  // bytes: in glTF a few arrays are described before its generator
+constexpr std::size_t kMarkWithin = 4096;  // bytes; a glTF file describes a few arrays before it names its generator
 
 }  // namespace
 

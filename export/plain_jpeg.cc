@@ -9,8 +9,8 @@ namespace {
 constexpr unsigned kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kFirstRestart = 0xD0, kLastRestart = 0xD7, kAlone = 0x01;
 constexpr unsigned kJfif = 0xE0, kAdobe = 0xEE, kFirstApp = 0xE0, kLastApp = 0xEF, kComment = 0xFE;
 
-// What a segment, its marker and length included, leaves of itself. Adobe's says how colours are coded; JFIF's may hold
-// a thumbnail behind its first 14 bytes, whose sides are the last two of these.
+// The part of a segment (marker and length included) that is kept. Adobe's segment says how colours are coded. JFIF's
+// may hold a thumbnail after its first 14 bytes, the last two of which are the thumbnail's size.
 std::string Left(unsigned marker, std::string segment) {
   constexpr std::size_t kJfifBytes = 4 + 14;
   if (marker == kJfif) {
@@ -25,7 +25,7 @@ std::string Left(unsigned marker, std::string segment) {
                                                                                                : std::string();
 }
 
-// Without a length: they stand in a scan, or nowhere.
+// Markers without a length field, which occur only inside a scan or not at all.
 bool IsAlone(unsigned marker) {
   return marker == 0 || marker == kAlone || marker == kStart || (marker >= kFirstRestart && marker <= kLastRestart);
 }
@@ -55,7 +55,7 @@ std::optional<std::string> PlainJpeg(const std::string& file) {
     plain += Left(marker, file.substr(at, 2 + length));
     at += 2 + length;
     if (marker != kScan) continue;
-    // Coded numbers, up to the next marker that is none of theirs.
+    // Entropy-coded data: ends before the next marker that is not part of it.
     scanned = true;
     const std::size_t begin = at;
     while (at + 1 < size) {

@@ -8,7 +8,7 @@
 namespace lumi {
 namespace {
 
-// A vertex may move by so much in a photo: a tenth of what a neighbouring photo's pixel is off anyway.
+// The most that rounding may move a vertex in a photo: a tenth of the error that photos' pixels have anyway.
 constexpr double kSeenPx = 0.1;
 // Vertices nearer to a photo, as a part of the mesh's extent, are beside or in its camera.
 constexpr double kBesideCamera = 1e-6;

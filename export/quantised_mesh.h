@@ -15,7 +15,7 @@ struct QuantisedMesh {
   int bytes_a_coordinate = 2;
   Eigen::Vector3d least = Eigen::Vector3d::Zero(), step = Eigen::Vector3d::Zero();  // x = least + step q
   std::string bytes;    // little endian: all x, all y, all z; then three indices a face, 16 bits up to 65536 vertices
-  Mesh mesh;            // as whoever reads the bytes has it, in the same frame
+  Mesh mesh;            // the mesh as decoded from `bytes`, in the same frame
   double error_px = 0;  // the most that a vertex moved in any photo
 };
 

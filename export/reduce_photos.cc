@@ -26,8 +26,8 @@ constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
 constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
-// Mean difference of code values between two decoders of one JPEG; more, and a photo was turned, corrected, or brought
-// to sRGB when it was read.
+// Largest mean difference of code values between two decoders of one JPEG. Beyond it, the photo was rotated, corrected
+// or converted to sRGB when it was read.
 constexpr double kSameCodes = 1;
 // Of a coarser JPEG, or a smaller photo, nothing is expected that fewer photos do not do better.
 constexpr int kMostEvery = 4;
@@ -74,7 +74,7 @@ PagePhoto PhotoOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& s
   return {EncodeJpeg(Resize(photo, size.x(), size.y()), quality == kAsTheyAre ? kBestCoded : quality), false, size};
 }
 
-// Of all photos that a reduction keeps, by those of some.
+// JPEG bytes of all photos that a reduction keeps, estimated from about kSamples of them.
 double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   const std::vector<int> kept = Kept(lumigraph.scene(), r.every);
   const std::size_t step = std::max<std::size_t>(1, kept.size() / kSamples);
@@ -87,7 +87,7 @@ double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   return bytes / n * static_cast<double>(kept.size());
 }
 
-// Mean over the judges, of the pixels that are seen. Also counts the reduction's own files.
+// Mean PSNR of the held-out photos (at most kJudges), over the pixels that are seen. Also sets reduction.own.
 double HeldOutDb(const Lumigraph& lumigraph, PhotoReduction& reduction, ProgressSink& sink) {
   const Scene& whole = lumigraph.scene();
   const ReducedPhotos reduced = Reduce(lumigraph, reduction, sink);
@@ -193,11 +193,11 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
       }
       if (!fitting.empty() && fitting.back().every == every && fitting.back().scale == scale &&
           fitting.back().quality >= kBestCoded)
-        break;  // smaller ones of the same photos only lose
+        break;  // smaller versions of the same photos only lose detail
     }
     if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= 1 - 1e-9 &&
         fitting.back().quality >= kBestCoded)
-      break;  // all of them fit at their size, hardly coarser
+      break;  // all of them fit at full size with hardly any loss
   }
   if (fitting.empty())
     throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",

@@ -1,5 +1,6 @@
-// Photos made smaller for a web page: fewer, narrower, or coarser JPEGs; which of these is best for the megabytes is
-// what held-out photos say, rendered from the reduced ones and compared with the originals.
+// Photos made smaller for a web page: fewer, narrower, or coarser JPEGs. The best reduction for the megabytes is the
+// one with the lowest held-out error: held-out photos are rendered from the reduced ones and compared with the
+// originals.
 #pragma once
 
 #include <functional>
@@ -26,9 +27,9 @@ struct ReducedPhotos {
   std::vector<PagePhoto> photos;
 };
 
-// max_bytes: of all JPEGs together, what the page's encoding makes of them included. Tries several reductions on the
-// photos that things are chosen by (every 8th, from the 4th on), which are left out while they are judged; `tried`
-// gets each. Throws DataError where not even the least that is tried fits.
+// max_bytes: of all JPEGs together, after the page's encoding. Tries several reductions and compares them on photos of
+// the choosing fold (every 8th, from the 4th on), each of which is left out while it is judged; `tried` gets each
+// reduction. Throws DataError if not even the smallest one fits.
 ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
                         std::vector<PhotoReduction>& tried, ProgressSink& sink);
 

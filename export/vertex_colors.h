@@ -1,5 +1,5 @@
-// A colour for each vertex of a mesh, by the renderer's own weights: as somebody sees the vertex who looks at it
-// head-on, from as far away as the photos are. What changes with the direction of view is lost.
+// A colour for each vertex of a mesh, by the renderer's own weights: the vertex seen head-on, from as far away as the
+// photos are. View-dependent effects are lost.
 #pragma once
 
 #include <Eigen/Core>

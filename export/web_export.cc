@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPathSeconds = 12, kPathFps = 30;
-// Of the page's megabytes, at most, may be other than photos.
+// The largest share of the page's megabytes that the proxy may take.
 constexpr double kMostOfProxy = 0.5;
-constexpr const char* kDataMarker = ".lumi-web-data";  // of what --as-scene made, begun or done
+constexpr const char* kDataMarker = ".lumi-web-data";  // in a scene folder that --as-scene made, even if unfinished
 constexpr double kTradeoffMb[] = {4, 8, 16, 32, 64};
 
 bool IsOneFile(const fs::path& output) {
@@ -49,7 +49,7 @@ void WriteAsScene(const ReducedPhotos& reduced, const QuantisedMesh& mesh, const
   WriteTextAtomically(folder / kDataMarker, "made by lumi-export web --as-scene\n");
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
-    // Added, not exchanged: two photos may differ by their endings.
+    // The ending is added, not replaced: two photos' names may differ only by their endings.
     if (fs::path(view.name).extension() != ".jpg") view.name += ".jpg";
     WriteBytesAtomically(scene.image_folder / view.name, reduced.photos[i].jpeg.data(), reduced.photos[i].jpeg.size());
   }
@@ -120,7 +120,7 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   summary.faces = static_cast<int>(mesh.mesh.faces.size());
   const bool one_file = o.tradeoff || IsOneFile(o.output);
   const double bytes_a_byte = one_file ? kBytesInOneFile : 1;
-  // All but the photos: proxy, shaders and page, and about a kilobyte a photo of manifest.
+  // Bytes of everything but the photos: proxy, shaders and page, and about a kilobyte of manifest for each photo.
   const double rest = static_cast<double>(mesh.bytes.size()) * bytes_a_byte + 2e5 + 1e3 * summary.photos_of_scene;
   if (o.tradeoff) {
     for (const double mb : kTradeoffMb) {
@@ -147,7 +147,7 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   if (rest >= max_bytes)
     throw DataError(fmt::format("a page without photos takes {:.1f} MB of the {:.1f}", rest / 1e6, o.max_mb),
                     "give more with --max-mb");
-  // A page that streams has each photo in a quarter of its sides, too: about a tenth more.
+  // A page that streams also has each photo at a quarter of its width and height: about a tenth more bytes.
   const double for_photos = (max_bytes - rest) / (one_file ? 1 : 1.12);
   const ReducedPhotos reduced = ReduceFor(lumigraph, for_photos, o.width_px, bytes_a_byte, summary.tried, sink);
   for (PhotoReduction& r : summary.tried) r.mb += rest / 1e6;

@@ -1,6 +1,6 @@
 // lumi-export web: a scene as a web page to walk in. The page draws with WebGL 2, by the renderer's own formulas
-// (render/gl's shader text), from photos and a proxy that were reduced until they fit; by which of several ways is
-// chosen by held-out photos. docs/web.md.
+// (render/gl's shader text), from photos and a proxy that were reduced until they fit. The reduction is chosen among
+// several by its held-out error. docs/web.md.
 #pragma once
 
 #include <filesystem>

@@ -25,7 +25,7 @@ constexpr int kWebVersion = 1;
 constexpr int kCellPx = 32;
 constexpr int kPreviewHalvings = 2, kPreviewQuality = 75;
 constexpr int kPathKeys = 48;
-// A person does not come nearer to what the camera turns about than this part of the typical depth.
+// The camera does not come nearer to its centre of rotation than this part of the typical depth.
 constexpr double kNearest = 0.02;
 
 json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -41,7 +41,7 @@ Eigen::Matrix3d Directions(const RenderView& view) {
   return m / m.row(2).norm();
 }
 
-// Quarter turns to the right that bring EXIF's orientation upright; mirrored ones as if they were not.
+// Clockwise quarter turns that bring a photo of this EXIF orientation upright; mirroring is ignored.
 int QuarterTurns(int orientation) {
   switch (orientation) {
     case 3:

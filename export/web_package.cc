@@ -16,7 +16,7 @@ extern const std::vector<std::pair<std::string, std::string>> kPageFiles;
 
 namespace {
 
-// How a page of ours is known (page/page.html): this stands among its first bytes.
+// Marks a page as ours: page/page.html has this text among its first bytes.
 constexpr const char* kPageGenerator = "<meta name=\"generator\" content=\"Lumigraph\">";
 
 const std::string& PageFile(const std::string& name) {
@@ -87,9 +87,9 @@ double WriteWebFolder(const WebPage& page, const fs::path& folder) {
   };
   for (const WebPart& part : page.parts) write(part.name, part.bytes);
   write("manifest.json", page.manifest);
-  // The page comes last: who finds it finds all that it asks for.
+  // The page is written last: where it exists, the files that it requests exist, too.
   write("index.html", Page(""));
-  // Photos of an export with more of them.
+  // Removes photos of an earlier export that had more of them.
   std::error_code ec;
   for (const auto& entry : fs::directory_iterator(folder / "photos", ec))
     if (!written.contains(fs::path("photos") / entry.path().filename())) fs::remove(entry.path(), ec);

@@ -9,7 +9,7 @@ namespace lumi {
 
 // What a byte of a part becomes in one file (base64).
 constexpr double kBytesInOneFile = 4.0 / 3;
-// What makes a folder ours.
+// The file that marks a folder as an export of ours.
 constexpr const char* kWebMarker = ".lumigraph-web";
 
 // Throws UsageError where there is something that no earlier export wrote: nothing is touched.

@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
       "fly-through. A second run redoes only what changed.");
   PipelineOptions options;
   std::string stabilize;
-  bool tradeoff = false;
+  bool tradeoff = false, print_commands = false;
   Where where;
   StabilizeVideoOptions steady;
   Options& app = program.options();
@@ -179,6 +179,8 @@ int main(int argc, char** argv) {
           "lumi-render); "
           "0 = a weight at every pixel")
       .Default();
+  app.Flag("--print-commands", print_commands,
+           "At the end print the command of each stage: to run by hand, or with one of them exchanged");
   app.Group("Accuracy against time");
   app.Add(
       "--minutes", options.minutes,
@@ -205,7 +207,19 @@ int main(int argc, char** argv) {
   AddCameras(app, options);
   AddStabilisation(app, stabilize, steady);
 
-  program.RunAndExit(argc, argv, [&]() -> Answer {
+  app.Common({"--output", "--proxy", "--calibration", "--camera", "--poses", "--rig", "--focal-px", "--silhouette-rule",
+              "--faces", "--holdout", "--quality", "--periodic", "--fixed-video", "--stabilize", "--minutes",
+              "--tradeoff", "--no-video", "--no-web", "--print-commands"});
+  app.Examples(
+      "lumi-pipeline photos -o scene                            photos to walk in, with scene/report.html\n"
+      "lumi-pipeline photos -o scene --minutes 20               in twenty minutes\n"
+      "lumi-pipeline colmap-workspace -o scene                  with cameras that you have\n"
+      "lumi-pipeline photos -o scene --rig ring --focal-px search --silhouette-rule '(B - R) < 25' --proxy hull\n"
+      "lumi-pipeline lamp.mp4 -o scene --periodic               something that repeats itself\n"
+      "lumi-pipeline shaky.mp4 -o steady.mp4 --stabilize smooth");
+  const auto run = [&]() -> Answer {
+    if (print_commands && (!where.batch.empty() || !stabilize.empty() || tradeoff))
+      throw UsageError("--print-commands is of one scene: --batch, --stabilize and --tradeoff do not go with it");
     if (!where.batch.empty()) {
       if (!options.inputs.empty())
         throw UsageError("--batch names the inputs, and INPUT is given as well", "give one of them");
@@ -248,6 +262,16 @@ int main(int argc, char** argv) {
         (options.output.empty() ? options.input : options.output) / (tradeoff ? "tradeoff" : "provenance") / "jobs";
     options.executor = where.Executor(program.threads());
     if (tradeoff) return RunPipelinePrice(options, program.progress());
-    return RunPipeline(options, program.progress());
+    const PipelineSummary summary = RunPipeline(options, program.progress());
+    Answer answer(summary);
+    if (print_commands) answer.text = answer.result = DescribeCommands(summary);
+    return answer;
+  };
+  program.RunAndExit(argc, argv, [&] {
+    try {
+      return run();
+    } catch (const Interrupted& e) {
+      throw Error(e.code(), e.what(), {}, "the same command goes on from here");
+    }
   });
 }

@@ -26,7 +26,7 @@ struct PipelineOptions {
   std::optional<double> proxy_minutes;  // of auto's depth maps (proxy/commands.h)
   // The same by the number of photos with a camera; proxy_minutes goes first.
   std::optional<double> depth_seconds_a_photo;
-  // What the whole run may take: it chooses its quality, and leaves film and page out where no time is left.
+  // Minutes that the whole run may take: they decide its quality, and film and page are left out where no time is left.
   std::optional<double> minutes;
   // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder
   // of photos) of the background. None: those that the scene has.
@@ -42,7 +42,8 @@ struct PipelineOptions {
   double web_mb = 32;                  // at most so large
   int video_width_px = 960;
   double video_seconds = 6;
-  // The fly-through's frames may be so far from a weight at every pixel (PSNR), which buys their speed. 0: not at all.
+  // PSNR that the fly-through's frames must keep against frames with weights at every pixel; a lower one is faster. 0:
+  // weights at every pixel.
   double video_fidelity_db = 40;
   int threads = 0;                               // 0: all cores
   std::shared_ptr<Executor> executor = nullptr;  // where stages run; none: here

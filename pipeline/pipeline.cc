@@ -28,7 +28,7 @@ namespace {
 
 constexpr int kFewestPhotosForHoldout = 4;  // below, leaving one out says little about the rest
 
-// What the paths make necessary, before anything is started.
+// Refuses paths of which one would lie in the other, before anything is started.
 void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
   if (kind == InputKind::kOurScene) return;
   for (const fs::path& input : options.inputs.size() > 1 ? options.inputs : std::vector{options.input})
@@ -89,7 +89,7 @@ double DepthMinutesOf(double minutes, double minutes_left) {
   return std::floor(10 * std::max(0.0, (minutes_left - kForExtras * minutes) * kForDepth)) / 10;
 }
 
-// Folders that a stage which failed has not written into.
+// Removes folders that a failed stage left empty.
 class RemoveIfEmpty {
  public:
   explicit RemoveIfEmpty(std::vector<fs::path> folders) : folders_(std::move(folders)) {}
@@ -121,7 +121,7 @@ class Run {
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
     RequireSeparatePaths(placed, kind);
-    // An executor writes there before the first stage's program looks.
+    // With an executor, files are written there before the first stage's program checks the folder.
     if (options_.executor && kind != InputKind::kOurScene) RequireOurFolder(summary_.scene, "provenance");
     times_.emplace(summary_.scene);
 
@@ -132,6 +132,7 @@ class Run {
              (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) +
              (options_.web ? 1 : 0) + 1;
 
+    Announce(kind, in_place, calibrate);
     if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
     if (HasSilhouetteSource(options_)) MakeSilhouettes();
@@ -148,8 +149,11 @@ class Run {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // Of a film of 960 pixels on two cores, with what it is compared with; of a page.
+  // Seconds for a second of film (960 pixels wide, on two cores, with the frames that it is compared with), and for a
+  // page.
   static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
+  // What lumi-proxy auto may spend on depth maps where nobody says (proxy/auto_command.cc).
+  static constexpr double kDepthSecondsAPhoto = 15, kMostDepthSeconds = 20 * 60;
 
   void ChooseQuality() {
     const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
@@ -166,6 +170,45 @@ class Run {
     options_ = WithQuality(options_, quality, given);
   }
 
+  // What will be done, and about how long it takes where nothing of it was done before.
+  void Announce(InputKind kind, bool in_place, bool calibrate) {
+    std::vector<std::pair<std::string, double>> stages;  // with expected seconds
+    if (calibrate) stages.emplace_back("calibrate", 0);
+    const int photos = kind == InputKind::kCapture ? CountPhotos(options_.input) : 0;
+    const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
+    const double cameras = CamerasAreGiven(options_) ? 0 : ExpectedCameraSeconds(UsualQuality(), photos, threads);
+    if (!in_place)
+      stages.emplace_back(kind != InputKind::kCapture ? "import"
+                          : options_.periodic         ? "timeperiodic"
+                                                      : "reconstruct",
+                          cameras);
+    if (HasSilhouetteSource(options_)) stages.emplace_back("silhouettes", 0);
+    const double depth = options_.proxy != "auto" ? 0
+                         : options_.proxy_minutes ? 60 * *options_.proxy_minutes
+                         : options_.depth_seconds_a_photo
+                             ? *options_.depth_seconds_a_photo * photos
+                             : std::max(cameras, std::min(kMostDepthSeconds, kDepthSecondsAPhoto * photos));
+    stages.emplace_back("proxy", depth);
+    if (options_.faces > 0) stages.emplace_back("simplify", 0);
+    if (options_.holdout > 0) stages.emplace_back("holdout", 0);
+    if (options_.video) stages.emplace_back("video", options_.video_seconds * kFilmSecondsASecond);
+    if (options_.web) stages.emplace_back("web", kPageSeconds);
+    stages.emplace_back("report", 0);
+    std::string text;
+    double seconds = 0;
+    for (const auto& [name, s] : stages) {
+      text += (text.empty() ? "" : ", ") + name;
+      seconds += s;
+    }
+    // Of a video nobody knows yet how many frames become photos; of a scene that is there most is done.
+    if (photos > 0 && !options_.minutes) {
+      const auto most = std::ranges::max_element(stages, {}, &std::pair<std::string, double>::second);
+      text += fmt::format("; {} photos: about {:.0f} minute{} where nothing is there yet, most of them {}", photos,
+                          std::ceil(seconds / 60), seconds > 60 ? "s" : "", most->first);
+    }
+    progress_.Message(fmt::format("{} stages: {}", stages.size(), text));
+  }
+
   // By what the stages took when they did their work: a second run decides as the first did.
   double MinutesLeft() const {
     double seconds = 0;
@@ -173,7 +216,7 @@ class Run {
     return *options_.minutes - seconds / 60;
   }
 
-  // Where there are no minutes to keep to, there is time. Says what is left out.
+  // Whether `seconds` are left; always, where no minutes were given. Names a stage that is left out.
   bool TimeFor(const std::string& stage, double seconds) {
     if (!options_.minutes || 60 * MinutesLeft() >= seconds) return true;
     progress_.Message(fmt::format("{} is left out: no time is left of {:g} minutes", stage, *options_.minutes));
@@ -249,19 +292,20 @@ class Run {
   // `wanted`: see ExecutedStage.
   void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments,
              const std::string& wanted = {}) {
-    for (const auto& [key, value] :
-         {std::pair{"--threads", std::to_string(options_.threads)}, {"--seed", std::to_string(options_.seed)}}) {
-      arguments.emplace_back(key);
-      arguments.push_back(value);
-    }
     SiblingStage stage{name,
                        program,
-                       std::move(arguments),
+                       WithCommonOptions(std::move(arguments)),
                        static_cast<int>(summary_.stages.size()) + 1,
                        count_,
                        options_.executor.get(),
                        wanted};
     Add(RunSiblingStage(stage, progress_));
+  }
+
+  std::vector<std::string> WithCommonOptions(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.end(),
+                     {"--threads", std::to_string(options_.threads), "--seed", std::to_string(options_.seed)});
+    return arguments;
   }
 
   void MakeCameras(InputKind kind) {
@@ -275,7 +319,8 @@ class Run {
         arguments.insert(arguments.end(), {"--fixed-video", options_.fixed_video.string()});
       if (!options_.period_frames.empty())
         arguments.insert(arguments.end(), {"--period-frames", options_.period_frames});
-      // Every frame gets a camera anyhow; what is no option of lumi-timeperiodic is refused there.
+      // lumi-timeperiodic gives every frame a camera anyway, so that --all-frames is dropped; it refuses options that
+      // it does not have.
       for (const std::string& a : options_.reconstruct_arguments)
         if (a != "--all-frames") arguments.push_back(a);
       AddCamera(arguments);
@@ -310,13 +355,14 @@ class Run {
     wanted.inputs[program] = Fingerprint(SiblingProgram(program));
     const fs::path record = summary_.scene / "provenance" / (name + ".summary");
 
+    arguments.insert(arguments.begin(), paths.begin(), paths.end());
     const auto start = Clock::now();
     if (IsUpToDate(summary_.scene, wanted)) {
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      Add({name, seconds, true, JsonKeys::Parse(ReadText(record)).value_or(JsonKeys())});
+      Add({name, seconds, true, JsonKeys::Parse(ReadText(record)).value_or(JsonKeys()), seconds,
+           CommandOf(program, WithCommonOptions(arguments))});
       return;
     }
-    arguments.insert(arguments.begin(), paths.begin(), paths.end());
     Start(name, program, std::move(arguments), JsonKeys(wanted).Text());
     wanted.seconds = summary_.stages.back().seconds;
     const FolderLock lock(summary_.scene);
@@ -338,7 +384,7 @@ class Run {
                   std::move(arguments));
   }
 
-  // Goes first, so what else would be asked of the output is asked here.
+  // Runs first, so that the output is checked here as the later stages would check it.
   void Calibrate() {
     std::error_code error;
     RequireOurFolder(summary_.scene, "provenance");
@@ -416,7 +462,7 @@ class Run {
     if (options_.video_fidelity_db > 0)
       arguments.insert(arguments.end(), {"--fidelity-db", fmt::format("{}", options_.video_fidelity_db)});
     if (options_.video_fill) arguments.insert(arguments.end(), {"--border", "fill"});
-    // A front that was measured since chooses other samples.
+    // Fronts measured since the film was made choose other samples.
     StartRender("video", summary_.video, std::move(arguments), {"fronts"});
   }
 
@@ -463,7 +509,7 @@ class Run {
     for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
     for (const char* part : {"lumigraph.json", "fronts", "tradeoff"})
       wanted.inputs[part] = Fingerprint(summary_.scene / part);
-    // Of a quality beside others (price.h).
+    // For a scene that is one of several qualities (price.h).
     wanted.inputs["../tradeoff/pipeline.json"] = Fingerprint(summary_.scene / ".." / "tradeoff" / "pipeline.json");
     summary_.report = summary_.scene / "report.html";
     summary_.contact_sheet = summary_.scene / "contact-sheet.jpg";

@@ -38,5 +38,7 @@ PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progre
 // The summary as --json has it, and as a person reads it.
 void ListKeys(JsonKeys& j, PipelineSummary& summary);
 std::string Describe(const PipelineSummary& summary);
+// The stages' own commands, one a line: run one after the other they make the same scene.
+std::string DescribeCommands(const PipelineSummary& summary);
 
 }  // namespace lumi

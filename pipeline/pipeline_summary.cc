@@ -11,6 +11,7 @@ namespace fs = std::filesystem;
 static void ListKeys(JsonKeys& j, StageResult& s) {
   j("name", s.name, "seconds", s.seconds, "reused", s.reused, "computed_seconds", s.computed_seconds);
   if (s.name != "report") j("summary", s.summary);
+  if (!s.command.empty()) j("command", s.command);
 }
 
 static void ListKeys(JsonKeys& j, KeptMinutes& m) {
@@ -80,6 +81,13 @@ static std::string LineOf(const StageResult& stage) {
                        s.images_total, s.mean_reprojection_error_px);
   }
   return {};
+}
+
+std::string DescribeCommands(const PipelineSummary& summary) {
+  std::string text;
+  for (const StageResult& s : summary.stages)
+    text += s.command.empty() ? fmt::format("# {}: lumi-pipeline itself\n", s.name) : s.command + "\n";
+  return text.substr(0, text.size() - 1);
 }
 
 std::string Describe(const PipelineSummary& summary) {

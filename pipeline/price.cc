@@ -185,7 +185,7 @@ PipelinePrice RunPipelinePrice(const PipelineOptions& options, ProgressSink& pro
       TakePrice(RunPipeline(run, progress), row);
       row.choosing_db = ChoosingPsnr(run.output, run, progress);
     } catch (const Error& e) {
-      // What is wrong with the options or the machine is wrong with all of them.
+      // A fault of the options or of the machine would stop every quality.
       if (e.code() != ExitCode::kDataRefused) throw;
       if (!first_failure) first_failure = std::current_exception();
       row.failed = e.what();

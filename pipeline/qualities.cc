@@ -56,6 +56,8 @@ bool DepthIsDialled(const PipelineOptions& options) { return options.proxy == "a
 
 std::span<const PipelineQuality> PipelineQualities() { return Qualities(); }
 
+const PipelineQuality& UsualQuality() { return Qualities()[kFull]; }
+
 bool CamerasAreGiven(const PipelineOptions& options) {
   if (ClassifyInput(options.input) != InputKind::kCapture) return true;
   if (ValueOf(options.reconstruct_arguments, "--rig")) return true;

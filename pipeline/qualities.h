@@ -21,7 +21,11 @@ struct PipelineQuality {
 // Cheapest first.
 std::span<const PipelineQuality> PipelineQualities();
 
-// Whether the input brings its cameras or the options do (--poses, --rig): no quality turns what finds them.
+// What a run without --minutes does.
+const PipelineQuality& UsualQuality();
+
+// Whether the input brings its cameras or the options do (--poses, --rig): a quality then changes nothing about how
+// they are found.
 bool CamerasAreGiven(const PipelineOptions& options);
 
 // What the user set himself stays. `cameras_given`: only the proxy differs.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "scene/program/error.h"
+#include "scene/program/shell_word.h"
 #include "scene/program/sibling.h"
 
 namespace lumi {
@@ -24,13 +25,20 @@ bool HadNothingToDo(const JsonKeys& summary) {
   return reuse.all || std::ranges::find(reuse.parts, "everything") != reuse.parts.end();
 }
 
+std::string CommandOf(const std::string& program, const std::vector<std::string>& arguments) {
+  std::string command = program;
+  for (const std::string& a : arguments) command += " " + ShellWord(a);
+  return command;
+}
+
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress) {
   try {
     const Sibling sibling{stage.program, stage.arguments,
                           fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name), stage.name + ": "};
     const SiblingAnswer answer = stage.executor ? stage.executor->Run({stage.name, sibling, stage.wanted}, progress)
                                                 : RunSibling(sibling, progress);
-    return {stage.name, answer.seconds, HadNothingToDo(answer.summary), answer.summary, answer.seconds};
+    return {stage.name,     answer.seconds, HadNothingToDo(answer.summary),
+            answer.summary, answer.seconds, CommandOf(stage.program, stage.arguments)};
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {

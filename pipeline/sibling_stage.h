@@ -16,6 +16,7 @@ struct StageResult {
   bool reused = false;          // nothing had changed since an earlier run
   JsonKeys summary;             // the program's own, handed on as it came (sibling_summaries.h reads it)
   double computed_seconds = 0;  // of the run that did its work, an earlier one where it was reused
+  std::string command = {};     // as a shell takes it; empty: no program of its own does this
 };
 
 struct SiblingStage {
@@ -26,6 +27,9 @@ struct SiblingStage {
   Executor* executor = nullptr;        // where it runs; none: here
   std::string wanted = {};             // as ExecutedStage has it
 };
+
+// The program and its arguments, as a shell takes them.
+std::string CommandOf(const std::string& program, const std::vector<std::string>& arguments);
 
 // Throws lumi::Error with the program's own exit code, message, file and hint where it failed; Interrupted on Ctrl-C,
 // after the program has ended. Its remarks go to progress.Message.

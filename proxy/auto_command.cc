@@ -34,7 +34,8 @@ struct Recipe {
   std::string name, kind;
   std::function<std::string(const Scene&)> unfit;
   std::function<ProxySummary(const ProxyTarget&, ProgressSink&)> run;
-  // What an evaluation's proxy is made of: the photos that are not left out, where those are all that it depends on.
+  // Whether the proxy depends on nothing but the photos that are not left out, so that one can be made for an
+  // evaluation.
   bool knows_photos = false;
   bool dense = false;  // takes minutes: made of all photos only once it is chosen
 };
@@ -119,8 +120,8 @@ const Recipe* Find(const std::vector<Recipe>& recipes, const std::string& name) 
   return at == recipes.end() ? nullptr : &*at;
 }
 
-// Where nobody says: as long as the cameras took, and so long a photo in any case, up to a bound. On two cores, maps of
-// 640 pixels with their meshes take 10 s a photo.
+// The time for depth maps where nobody says: as long as the cameras took, but at least so long for each photo, the
+// latter up to a bound. On two cores, maps of 640 pixels with their meshes take 10 s a photo.
 constexpr double kDenseSecondsOfAPhoto = 15, kDenseMinutesByPhotos = 20;
 
 // Of what size depth maps can be made in the time there is, or why none are.
@@ -207,7 +208,8 @@ ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, cons
     }
     c.made = c.refused.empty();
   } catch (const Error& e) {
-    // What the data do not allow, or a file of that name that is somebody's own: a row of the table. Else the run ends.
+    // A refusal of the data, or a file of that name that is somebody's own, becomes a row of the table. Other errors
+    // end the run.
     if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage && e.code() != ExitCode::kCorruptInput)
       throw;
     c.refused = e.what();
@@ -216,7 +218,7 @@ ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, cons
   return c;
 }
 
-// The chosen one of all photos, where only the one that it was measured by is there; its faces are the row's then.
+// Makes the chosen proxy from all photos, where so far only the one for measuring exists; the row then shows its faces.
 void MakeForUse(const Scene& scene, const std::vector<Recipe>& recipes, ProxyCandidate& c, ProgressSink& progress) {
   const Recipe* recipe = Find(recipes, c.name);
   if (!recipe || !recipe->dense || c.evaluated.empty() || MadeBefore(scene, *recipe)) return;

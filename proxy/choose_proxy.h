@@ -16,8 +16,8 @@ namespace lumi {
 // the mesh through the points, or the last that there is.
 std::pair<const ProxyCandidate*, std::string> ChooseProxy(const AutoTable& table, std::optional<double> budget_ms);
 
-// PSNRs of the one or two photos that a proxy is often chosen on say no more than this: a blurred edge may be ahead of
-// a sharp one that is off by a pixel. SSIM counts the structure.
+// A proxy is often chosen on one or two photos, whose PSNR cannot tell smaller differences: a blurred edge may be ahead
+// of a sharp one that is off by a pixel. SSIM counts the structure.
 inline constexpr double kSamePsnrDb = 0.25;
 
 }  // namespace lumi

@@ -13,7 +13,7 @@ InfoSummary RunInfo(const std::filesystem::path& path, const std::string& name, 
   const std::vector<ProxyPoint> points = SelectPoints(scene, views, {}).points;
   std::vector<std::string> names = ListProxies(scene.folder);
   if (!name.empty()) {
-    LoadProxy(scene, name);  // says which there are where it is not
+    LoadProxy(scene, name);  // throws where it is not there, naming those that are
     names = {name};
   }
   InfoSummary s{scene.active_proxy, !name.empty(), views.size(), scene.points.size(), points.size(), {}, 0};

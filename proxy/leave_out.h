@@ -7,8 +7,8 @@
 
 namespace lumi {
 
-// Points have lost the observations of the others, and those that fewer than two photos see are gone. Cameras stay:
-// they come from all photos, and where one stood there is nothing.
+// Points have lost the observations of the others, and those that fewer than two photos see are gone. All cameras stay:
+// they were found from all photos in any case, and a proxy may use that their places are empty.
 Scene WithPhotos(const Scene& scene, const std::vector<bool>& keep);
 
 // Photos that remain when k, k + 5, k + 10 ... are left out (kProxiesForEach).

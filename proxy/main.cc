@@ -334,5 +334,11 @@ int main(int argc, char** argv) {
   AddDense(program, requests);
   AddHulls(program, requests);
   AddImportAndInfo(program, requests);
+  program.options().Examples(
+      "lumi-proxy auto scene                       makes several, and keeps the best on left-out photos\n"
+      "lumi-proxy delaunay scene                   a closed mesh through the points\n"
+      "lumi-proxy dense scene                      a mesh through depth maps of all photos\n"
+      "lumi-proxy import scan.ply scene --unit mm  a mesh made elsewhere\n"
+      "lumi-proxy info scene");
   program.RunAndExit(argc, argv);
 }

@@ -22,7 +22,8 @@ void RequireKeepsProxies(const Scene& scene);
 // Throws UsageError for a name that is no plain file name.
 void RequireProxyName(const std::string& name);
 
-// What is to be made, as far as it can be known before. The scene's cameras and points are among the inputs.
+// The record of a proxy that is to be made, as far as it is known beforehand. The scene's cameras and points are among
+// the inputs.
 Provenance ProxyProvenance(const Scene& scene, const std::string& name, const std::string& kind,
                            std::map<std::string, std::string> options);
 
@@ -34,11 +35,11 @@ std::optional<Provenance> FinishedRecordOf(const Scene& scene, const std::string
 // Throws UsageError where NAME.ply exists and its record names another kind, or none.
 void RequireSameKind(const Scene& scene, const Provenance& wanted, const std::string& name);
 
-// Where what there is to say of a proxy beside its faces is kept.
+// The file of a proxy's figures, beside its mesh.
 std::filesystem::path FiguresPath(const std::filesystem::path& scene_folder, const std::string& name);
 
-// Writes the mesh and its figures (none: empty), then its record. Before them a record that something of this kind is
-// being made: after a kill the same kind is made again.
+// Writes the mesh and its figures (empty: none), then its record. Before these, a record says that a proxy of this kind
+// is being made: after a kill the same kind may be made again.
 void StoreProxy(const Scene& scene, const std::string& name, const Mesh& mesh, const std::string& figures,
                 Provenance provenance);
 

@@ -47,8 +47,8 @@ std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
   return record && it != record->options.end() ? it->second : "";
 }
 
-// What is simplified: a proxy that is itself the outcome stands for what it was made from, so that a second run has
-// nothing to do.
+// The proxy to simplify. If the active one is a simplified proxy itself, it is the one that was simplified, so that a
+// second run has nothing to do.
 std::string SourceOf(const Scene& scene, const std::string& asked) {
   if (!asked.empty()) return asked;
   if (scene.active_proxy.empty())

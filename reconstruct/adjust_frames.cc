@@ -63,7 +63,8 @@ void AdjustWithFrames(Scene& scene, const std::vector<PlacedCamera>& placed, boo
   UpdatePointErrors(extended);
   const Scene adjusted = PolishCameras(extended, lens_known, kAdjustIterations, job);
 
-  // The same points in another order: a place in a photo is one point's.
+  // The adjusted scene has the same points in another order: they are recognised by place, as a place in a photo
+  // belongs to one point.
   std::map<std::tuple<std::string, double, double>, std::size_t> point_at;
   for (std::size_t p = 0; p < scene.points.size(); ++p)
     for (const Observation& o : scene.points[p].track)

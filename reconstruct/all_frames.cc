@@ -37,9 +37,9 @@ using KeyframePoints = std::map<std::pair<double, double>, std::int32_t>;  // ke
 
 using Placed = PlacedCamera;
 
-// Fixes what RANSAC took for another pose: far things under a long lens look nearly alike from two places. A frame's
-// neighbours in time are near in space, so their poses are tried as starts; the one that more points agree with stays,
-// and among equals (kTie) the one nearer to where the neighbours say.
+// Corrects frames for which RANSAC took another pose: far things under a long lens look nearly alike from two places. A
+// frame's neighbours in time are near in space, so their poses are tried as starts; the one that more points agree with
+// stays, and among equals (kTie) the one nearer to where the neighbours say.
 void Smooth(std::vector<Placed>& placed, const Sightings& seen, const std::vector<Point>& points,
             const Camera& camera) {
   constexpr double kTie = 0.9;
@@ -98,8 +98,8 @@ Descriptors UnitDescriptors(const ColmapDatabase& db, std::int64_t image) {
   return d.rowwise().normalized();
 }
 
-// A database of its own, grown from the keyframes' one: that one stays what a rerun compares with. With features of all
-// `frames`.
+// A database with features of all `frames`. It begins as a copy of the keyframes' database, which itself stays as it
+// is, since a rerun compares with it.
 fs::path DatabaseOfAll(const std::vector<std::string>& frames, const Capture& all_frames,
                        const Features& keyframe_features, const ColmapJob& job) {
   const auto& [options, work_folder, colmap, sink] = job;
@@ -120,7 +120,7 @@ fs::path DatabaseOfAll(const std::vector<std::string>& frames, const Capture& al
   for (const auto& frame : frames) names += frame + "\n";
   WriteTextAtomically(list, names);
   if (frames.empty()) return database;
-  // Their descriptors are compared with the keyframes': by the same program.
+  // Their descriptors are compared with the keyframes', so the same program must find them.
   if (keyframe_features.own) {
     const std::set<std::string> wanted(frames.begin(), frames.end());
     PhotosToSearch search;
@@ -160,8 +160,8 @@ struct FrameSightings {
   std::vector<int> features;
 };
 
-// Points of the near keyframes in each frame. Matched here: COLMAP's matcher takes a quarter of a second a pair without
-// a GPU, and then verifies what a pose is found from anyway.
+// Points of the near keyframes in each frame. Matched here, not by COLMAP: its matcher takes a quarter of a second a
+// pair without a GPU, and then verifies each pair, which placing the camera does anyway.
 FrameSightings FindSightings(const Scene& scene, const std::vector<std::string>& frames, const fs::path& database,
                              ProgressSink& sink) {
   const ColmapDatabase db(database);

@@ -65,7 +65,7 @@ fs::path PhotosBeside(const fs::path& folder, const fs::path& cameras) {
   return IsFolder(folder / "images") ? folder / "images" : folder;
 }
 
-// What the user asked for finds cameras itself.
+// The option that makes this run find its cameras itself; nullptr: there is none.
 const char* FindsThemItself(const ReconstructOptions& o) {
   if (o.rig != Rig::kNone) return "--rig";
   if (o.backend == Backend::kFactorization) return "--backend factorization";

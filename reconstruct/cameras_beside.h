@@ -6,13 +6,13 @@
 
 namespace lumi {
 
-// What --poses says where cameras that are there are not wanted.
+// The word of --poses with which cameras beside the photos are not used.
 constexpr const char* kCamerasAnew = "none";
 
 // Where INPUT is a transforms.json, or a folder with one or with a COLMAP model beside its photos, `input` becomes the
-// folder of the photos and `poses` that file or folder, as if --poses had said so; --poses none keeps cameras that are
-// to be found anew. Where the cameras lie beside the folder of photos that is INPUT, a message says how to use them.
-// Throws UsageError for a scene or capture of ours, naming the folder of its photos; InputError.
+// folder of the photos and `poses` that file or folder, as if --poses had said so; with --poses none `poses` stays
+// empty, and cameras are found anew. Where the cameras lie beside the folder of photos that is INPUT, a message says
+// how to use them. Throws UsageError for a scene or capture of ours, naming the folder of its photos; InputError.
 void TakeCamerasBeside(ReconstructOptions& options, ProgressSink& sink);
 
 }  // namespace lumi

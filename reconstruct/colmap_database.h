@@ -85,7 +85,7 @@ class ColmapDatabase {
   std::vector<DatabaseCamera> Cameras() const;  // of models that scenes are kept in
   // The images of these numbers are called so from now on.
   void Rename(const std::map<std::int64_t, std::string>& name_of_image);
-  bool HasRigs() const;  // COLMAP 3.12 and later: cameras hang together with rigs and are not ours to rewrite
+  bool HasRigs() const;  // COLMAP 3.12 and later: cameras belong to rigs, and cannot be rewritten here
 
   // Replaces all cameras: `camera_of_image` maps image ids to positions in `cameras`. One transaction.
   void SetCameras(const std::vector<Camera>& cameras, bool focal_is_known,

@@ -49,8 +49,9 @@ std::optional<std::string> InstalledOptionName(const std::string& name, const st
   return std::nullopt;
 }
 
-// A run that something else ended says nothing about the photos. COLMAP's own abort() does: that is how it refuses
-// them. What crashes on a GPU is tried on the CPU, and a scene without its last polish is one: both go on.
+// Throws where COLMAP was ended from outside, which says nothing about the photos. Its own abort() does: COLMAP refuses
+// photos that way. Crashes on a GPU and in the last adjustment are no errors here: the step is run again on the CPU,
+// and a scene without the last adjustment is a scene.
 static void RequireNotKilled(const std::string& command, const SubprocessResult& result, bool on_gpu) {
   const bool out_of_memory = std::ranges::any_of(
       result.tail, [](const std::string& line) { return line.find("bad_alloc") != std::string::npos; });
@@ -132,8 +133,8 @@ int ColmapProgram::Run(const std::string& command, const std::vector<ColmapOptio
   const bool on_gpu =
       std::ranges::any_of(options, [](const ColmapOption& o) { return o.name.ends_with("use_gpu") && o.value == "1"; });
   RequireNotKilled(command, result, on_gpu);
-  // COLMAP goes on where its database cannot be written, and then finds nothing: what fails for want of space would
-  // read as photos that do not overlap.
+  // COLMAP goes on where its database cannot be written, and then finds nothing: a full disk would look like photos
+  // that do not overlap.
   constexpr std::uintmax_t kLeastFreeBytes = 1 << 20;
   std::error_code error;
   const auto space = std::filesystem::space(log_file_.parent_path(), error);

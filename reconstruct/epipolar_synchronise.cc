@@ -23,7 +23,7 @@ constexpr int kFramesAhead = 2;         // of the first that is watched: decoded
 constexpr int kLeastFrames = 16;        // that two videos share
 constexpr double kNarrowest = 1e-4;     // rad: planes that both cameras see
 constexpr double kNearest = 1e-9;       // distance of two centres, of their distance from the origin: no plane is told
-constexpr double kSays = 0.1;           // correlation of motion that has to do with each other
+constexpr double kSays = 0.1;           // correlation below which two motions are unrelated
 constexpr double kMostAlike = 0.999;    // of a correlation: beyond, its logarithm says how little noise there is
 constexpr double kRounding = 1e-9;
 constexpr int kMostRounds = 50;
@@ -242,8 +242,9 @@ OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const
       sum += agreement[p][static_cast<std::size_t>(by[pairs[p].second] - by[pairs[p].first] + 2 * kReach)].*what;
     return sum;
   };
-  // One camera after the other, and groups that hang together by the pairs that agree best, to where they agree best
-  // with the others, until none moves: neighbours that agree among themselves would hold each other where they are.
+  // Single cameras, and groups that the best pairs connect, are moved one after another to where they agree best with
+  // the others, until none moves. Groups move as a whole, since cameras that agree among themselves would hold each
+  // other in place.
   std::vector<double> strength;
   for (const std::vector<Agreement>& of : agreement)
     strength.push_back(std::ranges::max_element(of, [](const Agreement& x, const Agreement& y) {

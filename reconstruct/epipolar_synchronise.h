@@ -1,9 +1,9 @@
-// Several videos of one scene brought together exactly, once their cameras are known. How much a camera sees something
-// move depends on where it stands (what turns shows its sides to one after the other), so lags found from that alone
-// are off by a few frames. What does not depend on it: a point that moves does so in one plane through both cameras'
-// centres, and for both in the same moment. Motion is therefore compared plane by plane (motion along epipolar lines
-// over time; Ben-Artzi et al., "Camera calibration from dynamic silhouettes using motion barcodes", CVPR 2016, compare
-// whether there is any; with so many planes, how much there is says more).
+// Several videos of one scene brought together exactly, once their cameras are known. How much motion a camera sees
+// depends on where it stands (what turns shows its sides to one after the other), so lags found from the amount alone
+// are off by a few frames. But a moving point moves in one plane through both cameras' centres, and for both cameras in
+// the same moment. Motion is therefore compared plane by plane (motion along epipolar lines over time; Ben-Artzi et
+// al., "Camera calibration from dynamic silhouettes using motion barcodes", CVPR 2016, compare whether there is any;
+// with so many planes, how much there is says more).
 #pragma once
 
 #include <cstdint>
@@ -39,9 +39,9 @@ struct OffsetCorrections {
   std::vector<int> frames;  // to be added to the offsets
   double correlation = 0;   // mean over the pairs of cameras, -1 .. 1; 0: nothing to compare, and nothing is corrected
 };
-// `offsets`: frame i of a video is the common clock's frame i + offset. Of the corrections of 6 frames and less, those
-// at which what moves in the planes of all pairs of cameras goes together best: the sum of -log(1 - correlation^2),
-// which is the likelihood's logarithm but for a factor.
+// `offsets`: frame i of a video is the common clock's frame i + offset. The corrections, of 6 frames at most, under
+// which the motions that all pairs of cameras see in their common planes correlate best: the largest sum of -log(1 -
+// correlation^2), which is the log-likelihood up to a factor.
 OffsetCorrections CorrectOffsets(const std::vector<WatchedMotion>& videos, const std::vector<int>& offsets);
 
 }  // namespace lumi

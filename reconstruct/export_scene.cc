@@ -16,8 +16,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// There while an export is under way, or was when it ended early: what is beside it is then this program's own, and
-// written once more.
+// This file is there while an export is under way, and after an export that ended early: what lies beside it is then
+// this program's own, and is written once more.
 fs::path MarkOf(const fs::path& output) {
   return output.extension() == ".json" ? output.parent_path() / ("." + output.filename().string() + ".exporting")
                                        : output / ".exporting";

@@ -237,7 +237,8 @@ Scene ReconstructByFactorization(const Capture& capture, const ReconstructOption
   bool relate = homographies && options.homographies == Homographies::kAlways;
   std::optional<FactorizationResult> turned;
   if (homographies && !relate) {
-    // Structure that moves features by no more than tracks err is not worth having: it would bend what it cannot place.
+    // Structure whose parallax is no larger than the tracks' error is not used: frames that it cannot place would be
+    // bent by it.
     turned = ReconstructByHomographies(tracks, {}, sink);
     const double seen =
         static_cast<double>(turned->sights) / std::max(1.0, static_cast<double>(turned->sights + turned->culled));

@@ -23,8 +23,8 @@ constexpr std::size_t kPhotosForRadial = 5;
 // Exhaustive matching beyond this takes hours on a CPU.
 constexpr std::size_t kMaxExhaustivePhotos = 100;
 constexpr std::size_t kMaxExhaustiveKeyframes = 60;
-// Beyond that: so many that look most like a photo (a keyframe, whose neighbours in time are tried too), and so often
-// more where the matches found make them likely.
+// Beyond that each photo is matched with this many photos that look most like it (for a keyframe fewer, as its
+// neighbours in time are matched too); then this many rounds add pairs that the matches found make likely.
 constexpr int kSimilarPhotos = 40, kSimilarFrames = 10, kMoreRounds = 3;
 // Neighbours in time that each keyframe is matched with; beyond them at distances 2, 4, 8 ... (quadratic overlap).
 constexpr int kSequentialOverlap = 10;
@@ -234,7 +234,7 @@ class ListedPairs {
   }
   const fs::path& list() const { return list_; }
   const fs::path& database() const { return used_; }
-  // With COLMAP's matches and the names that were there before.
+  // The copy, now with COLMAP's matches, gets its names back and takes the database's place.
   void Finish() const {
     if (used_ == database_) return;
     ColmapDatabase(used_).Rename(before_);
@@ -319,7 +319,8 @@ PhotoPairs AllPairs(int n) {
   return pairs;
 }
 
-// Of the pairs that were tried, in whatever order an earlier run did: what is tried next must not depend on that.
+// The verified ones among the pairs that were tried, whatever order an earlier run tried them in: what is tried next
+// must not depend on that order.
 std::vector<VerifiedPair> Verified(const std::vector<std::string>& names, const PhotoPairs& tried,
                                    const fs::path& database) {
   const ColmapDatabase db(database);

@@ -16,7 +16,8 @@ Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSum
 // Puts the folder `fresh` in the place of `target`; both lie in one folder.
 void ReplaceFolder(const std::filesystem::path& fresh, const std::filesystem::path& target);
 
-// Of a run without --masks: those in the scene that an earlier run's record names as its own. Anybody else's stay.
+// For a run without --masks: removes the scene's masks that an earlier run's record names as its own. Anybody else's
+// stay.
 void RemoveMasksOfEarlierRun(const std::filesystem::path& scene);
 
 // Colours for points that have none: the photos' pixels at their observations, averaged.

@@ -126,7 +126,7 @@ GivenCamera FitGivenCamera(const ReconstructOptions& options, const Capture& cap
   std::set<std::pair<int, int>> sizes;
   for (const InputPhoto& photo : capture.photos) sizes.insert({photo.width_px, photo.height_px});
   CheckGivenCamera(options, sizes);
-  if (sizes.size() != 1) return given;  // each step asks photo by photo, or refuses
+  if (sizes.size() != 1) return given;  // later steps scale the camera for each photo, or refuse
   const auto [width, height] = *sizes.begin();
   Camera lens = yaml.camera;
   const bool other_size = lens.width_px != width || lens.height_px != height;

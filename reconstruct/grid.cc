@@ -126,7 +126,8 @@ std::vector<GridPosition> GridPositions(const Capture& capture, const Reconstruc
 GridFit FitGrid(const std::vector<GridPosition>& positions, const std::vector<RigMatch>& matches, double focal_px,
                 std::optional<double> plane) {
   GridFit fit;
-  // The senses of the two coordinates beside each other: under the right one a match moves along its cameras' way.
+  // The sign of the vertical coordinate relative to the horizontal one: under the right sign a match moves along the
+  // line between its cameras.
   std::vector<double> shifts;
   for (const double relative : {1.0, -1.0}) {
     std::vector<double> along;

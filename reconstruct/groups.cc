@@ -18,7 +18,7 @@ namespace {
 // A tie is thin where it has so many times fewer points than the median edge of the tree.
 constexpr double kThin = 5;
 constexpr std::size_t kMostTies = 20;
-// A photo by itself is standing.h's.
+// Single photos are left to standing.h.
 constexpr std::size_t kLeastGroup = 2;
 // A place found anew must explain so many times more common points.
 constexpr double kExplainsGroup = 1.3;
@@ -160,7 +160,7 @@ VerifiedGroups VerifyGroups(Scene scene, const std::vector<ViewMatches>& matches
     const auto tie = TieModels(halves.rest, halves.group, halves.matches);
     group.points = PointsOfBoth(scene, in_group);
     const bool elsewhere = tie && tie->common_points > kExplainsGroup * tie->agree_unmoved;
-    // What ties the group where it is counts as well, also points that one photo of a side sees.
+    // The points that tie the group to where it stands count as well, also points that only one photo of a side sees.
     group.moved = elsewhere && tie->common_points > kExplainsGroup * group.points;
     if (group.moved) {
       scene = Rejoined(scene, halves, *tie);

@@ -1,6 +1,6 @@
-// Whether groups of photos that hang together, but on the rest of a model by little, lie where they should. Their own
-// photos hold each other's points, so no camera of theirs contradicts its evidence (standing.h) however far off the
-// whole group stands.
+// Whether groups of photos that are tied closely to each other, but weakly to the rest of a model, lie where they
+// should. Their own photos hold each other's points, so no camera of theirs contradicts its evidence (standing.h)
+// however far off the whole group stands.
 //
 // The model is cut at its thinnest ties (the weakest edges of the view graph's maximum spanning tree, weighted by
 // common points). Both sides are then models of their own, and the verified matches between them say how they lie to

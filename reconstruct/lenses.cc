@@ -17,7 +17,7 @@ namespace lumi {
 namespace {
 
 constexpr int kLensUnknowns = 7;  // a turn, a shift, the focal length's logarithm
-// Of a photo's points so many are asked, evenly chosen.
+// At most this many of a photo's points are used, evenly chosen.
 constexpr std::size_t kMostPointsAsked = 400;
 // Residuals beyond this count less (Cauchy).
 constexpr double kLensErrorPx = 2;
@@ -83,7 +83,8 @@ FocalOfView FocalFrom(const Camera& camera, const std::vector<SeenPoint>& seen) 
       sum += loss.cost;
       squares += loss.weight * r.squaredNorm();
       if (!normal) continue;
-      // Of the point by differences: the lens may be any model. Shifts are in units of the points' distance.
+      // Derivatives by the point are differences, since the lens may be of any model. Shifts are in units of the
+      // points' distance.
       Eigen::Matrix<double, 2, 3> by_point;
       const double step = 1e-6 * distance;
       for (int k = 0; k < 3; ++k) {

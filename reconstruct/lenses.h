@@ -15,9 +15,10 @@ struct FocalOfView {
   double sigma = 0;  // standard deviation of the ratio's logarithm, the points held; infinity: not determined
 };
 
-// Each view's pose and focal length fitted anew to its points, which are held. A mapper keeps of a zoomed photo what a
-// step forward explains as well: where a camera disagrees with much of its evidence, other focal lengths are tried on
-// all of that. scene: metric, distorted cameras, observations at keypoints; evidence: of each view, or empty.
+// Each view's pose and focal length fitted anew to its points, which are held. Of a zoomed photo, a mapper keeps only
+// the points that a step forward explains as well; so where a camera disagrees with much of its evidence, other focal
+// lengths are tried on all of the evidence. scene: metric, distorted cameras, observations at keypoints; evidence: of
+// each view, or empty.
 std::vector<FocalOfView> FocalsOfViews(const Scene& scene, const std::vector<CameraEvidence>& evidence = {});
 
 // A ratio further from 1 than this, and than so many standard deviations, is another lens (or another zoom).

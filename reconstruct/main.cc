@@ -206,6 +206,15 @@ int main(int argc, char** argv) {
       });
   command.Add("scene", exported.scene, "Scene folder, COLMAP workspace or transforms.json").Required();
   command.Add("-o,--output", exported.output, "FILE.json, or the folder of a workspace").Required();
+  app.Common({"--output", "--backend", "--quality", "--matching", "--single-camera", "--camera", "--masks",
+              "--min-registered", "--keyframes", "--all-frames", "--poses", "--poses-format", "--focal-px", "--rig",
+              "--tradeoff"});
+  app.Examples(
+      "lumi-reconstruct photos -o scene                          cameras by COLMAP\n"
+      "lumi-reconstruct walk.mp4 -o scene                        keyframes of a video\n"
+      "lumi-reconstruct photos -o scene --camera camera.yaml     with the intrinsics that lumi-calibrate found\n"
+      "lumi-reconstruct photos -o scene --poses transforms.json  with cameras that you have\n"
+      "lumi-reconstruct export scene -o transforms.json          for other tools");
   program.RunAndExit(argc, argv, [&]() -> Answer {
     o.seed = program.seed();
     o.threads = program.threads();

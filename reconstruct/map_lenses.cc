@@ -59,7 +59,7 @@ Mapping MapScenePerLens(const Capture& capture, const CameraPlan& cameras, const
   try {
     second = MapScene(capture, cameras, features, job);
   } catch (const DataError&) {
-    // The first one stands.
+    // The first mapping is kept.
   }
   if (second) {
     Scene own = second->scene, shared = ShareLikeLenses(own);

@@ -36,7 +36,8 @@ constexpr std::size_t kPhotosForPrincipalPoint = 6;
 // Lenses are centred: a principal point further from the photo's middle (as a fraction of its diagonal) is a fit to
 // something else.
 constexpr double kMaxPrincipalPointShift = 0.05;
-// A group that was moved as a whole is some pixels off yet, and so are the points that tie it: they stay at first.
+// A group that was moved as a whole is still some pixels off, and so are the points that tie it: these are kept at
+// first.
 constexpr double kOutlierFactorOfMoved = 20;
 
 // Least squares may raise the mean error a little while it lowers the mean square; not by more than this.

@@ -34,8 +34,9 @@ constexpr double kOutlierFactor = 3;
 Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, const ColmapJob& job,
                     double outlier_factor = kOutlierFactor);
 
-// What VerifyGroups (groups.h) and VerifyCameras (standing.h) find wrong with a mapping's scene is put right: groups
-// moved, cameras placed anew or left out, and where any was, all polished once more. Of the scene as it then is.
+// Puts right what VerifyGroups (groups.h) and VerifyCameras (standing.h) find wrong with a mapping's scene: groups are
+// moved, cameras placed anew or left out, and after any of these all are polished once more. Returns the standings in
+// the scene as it then is.
 struct StandingCameras {
   std::vector<CameraStanding> standings;
   std::vector<MissingPhoto> left_out;

@@ -70,7 +70,7 @@ class OwnMatcher {
     for (const OpenPair& p : pairs)
       if (!p.done && !p.put_off) first.push_back(p);
     MatchAll(first, true, progress);
-    // A photo with few partners is not given up on the word of its largest spots.
+    // A photo with few partners is matched with all its features: its largest spots alone do not decide.
     std::size_t put_off = 0;
     for (const OpenPair& p : pairs) {
       if (!p.put_off) continue;
@@ -111,7 +111,8 @@ class OwnMatcher {
     return pairs;
   }
 
-  // What is decided by partners must not depend on where an earlier run was ended: those count that were not put off.
+  // Only pairs that were not put off count as partners: what is decided by partners must not depend on where an earlier
+  // run was ended.
   void CountPartners(const std::vector<OpenPair>& pairs) {
     std::set<std::pair<std::int64_t, std::int64_t>> verified;
     for (const DatabasePair& pair : db_.VerifiedPairs()) verified.emplace(pair.image1, pair.image2);
@@ -124,7 +125,7 @@ class OwnMatcher {
 
   bool SharesLittle(const OpenPair& p) const {
     const MatchPhoto &a = Photo(p.a), &b = Photo(p.b);
-    // Few features are matched as quickly as they are looked at.
+    // With few features, matching all of them takes no longer than this test.
     if (std::max(a.descriptors.rows(), b.descriptors.rows()) <= 2 * kCoarseFeatures) return false;
     return MatchBytes(a.descriptors, b.descriptors, {.most = kCoarseFeatures}).size() < kCoarseMatches;
   }

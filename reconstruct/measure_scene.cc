@@ -165,7 +165,7 @@ Eigen::Vector3d Where(const Scene& scene, const Place& place, const Mesh* proxy)
   return place.pixels.empty() ? place.fixed : PointOf(scene, place.pixels, proxy, place.text);
 }
 
-// What `distance` becomes where one pixel is one off.
+// The sum of squared changes of `distance` where each pixel of the place is one off along each axis.
 double ChangeForAPixel(const Scene& scene, const Place& place, const Eigen::Vector3d& other, double distance,
                        const Mesh* proxy) {
   double sum = 0;
@@ -214,7 +214,7 @@ MeasureSummary Measure(const Scene& scene, const MeasureOptions& options, const 
   const Eigen::Vector3d at = Where(scene, a, proxy), bt = Where(scene, b, proxy);
   MeasureSummary s;
   s.distance = (at - bt).norm();
-  // Of places that the cameras' own extent tells apart.
+  // Relative to how far off the places lie: nearer than that, they are equal to rounding.
   const double far = std::max(at.norm(), bt.norm());
   if (!(s.distance > 1e-9 * far)) throw DataError("the two places are one", "measure between two");
   s.metres_per_unit = options.metres / s.distance;

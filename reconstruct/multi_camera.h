@@ -30,8 +30,8 @@ struct MultiCapture {
 MultiCapture OpenMultiCapture(const ReconstructOptions& options, const std::filesystem::path& work_folder,
                               ProgressSink& sink);
 
-// The offsets once more, from how what moves moves in the planes of each two cameras (epipolar_synchronise.h), now that
-// `scene` has them (one view a camera, of the moment). Says what it changed. Videos without a camera keep their
+// Refines the offsets, now that `scene` has the cameras (one view a camera, of the moment), by comparing motion in the
+// planes of each two cameras (epipolar_synchronise.h). Says what it changed. Videos without a camera keep their
 // offsets. Not for offsets that were given.
 void RefineWithCameras(MultiCapture& capture, const Scene& scene, ProgressSink& sink);
 

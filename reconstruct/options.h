@@ -21,8 +21,9 @@ enum class Quality { kAuto, kLow, kMedium, kHigh };
 enum class PosesFormat { kUnset, kProjection, kCamFromWorld, kWorldFromCam };
 enum class PixelOrigin { kCorner, kCentre };  // where (0, 0) lies in the upper-left pixel
 enum class Rig { kNone, kRing, kGrid };
-// COLMAP's incremental mapper, adjustments while cameras are placed ended early, or by its own bounds; its hierarchical
-// one, parts placed by themselves and joined.
+// How COLMAP places photos. kQuick and kCareful: its incremental mapper; while cameras are placed, adjustments stop
+// early or at COLMAP's own bounds. kHierarchical: its hierarchical mapper, which places parts by themselves and joins
+// them.
 enum class Mapper { kHierarchical, kQuick, kCareful };
 enum class FeatureFinder { kAuto, kOwn, kColmap };
 enum class Homographies { kAuto, kAlways, kNever };

@@ -98,9 +98,9 @@ cv::Mat Guarded(const Estimate& estimate) {
   }
 }
 
-// `fit`: a matrix by least squares over points. Only those are given to it that lie as near as right matches do, and
-// only of these it is asked whether they lie nearer: the wrong ones among the inliers are anywhere within the largest
-// error, and would bend it.
+// `fit`: a matrix by least squares over points. It is given only the points that lie as near as right matches do, and
+// the result is judged by the same points: wrong ones among the inliers lie anywhere within the largest error, and
+// would bend it.
 template <typename Fit, typename SquaredError>
 Model Polished(const cv::Mat& found, const Points& x, const PairGeometryOptions& o, const Fit& fit,
                const SquaredError& squared_error) {
@@ -309,8 +309,8 @@ PairGeometry EstimatePairGeometry(const PairPhoto& a, const PairPhoto& b,
     return geometry;
   }
   if (geometry.label == PairLabel::kPlanarOrPanoramic) {
-    // What an epipolar geometry has beyond nearly as many inliers of a homography are wrong matches: two of its numbers
-    // are free then, and are spent on them.
+    // If a homography has nearly as many inliers, an epipolar geometry's additional ones are wrong matches: two of its
+    // parameters are then undetermined, and are spent on those.
     if (H.count > kMinEssentialShare * best->count) best = &H;
     if (calibrated)
       geometry.label = IsRotation(H, x, a.camera, b.camera, o) ? PairLabel::kPanoramic : PairLabel::kPlanar;

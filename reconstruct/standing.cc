@@ -30,7 +30,7 @@ constexpr double kClearlyMore = 1.3;
 constexpr double kFewOfMany = 10;
 // Named where its place is so many times less certain than the median camera's.
 constexpr double kUncertain = 10;
-// Two cameras with each other's poses are both found in the first round; points that they had bent, in later ones.
+// Two cameras with swapped poses are both found in the first round; points that they had bent, in later ones.
 constexpr int kStandingRounds = 4;
 constexpr int kSpreadCells = 8;
 
@@ -148,8 +148,8 @@ class Witness {
   }
 
  private:
-  // Which pixel of a photo its matches have for which point: those that most photos name first, each pixel and each
-  // point once. A wrong match seldom has a second.
+  // The pairs of a pixel of the photo and a point that its matches suggest: those that most photos suggest first, each
+  // pixel and each point once. A wrong match is seldom confirmed by a second photo.
   std::vector<Sighting> Votes(std::size_t view) const {
     using Vote = std::tuple<std::int32_t, double, double>;  // point, pixel
     std::map<Vote, int> votes;
@@ -427,7 +427,7 @@ VerifiedCameras VerifyCameras(Scene scene, const std::vector<ViewMatches>& given
       if (verdicts[v].anew) anew[v] = *verdicts[v].anew;
       if (verdicts[v].unheld) unheld.insert(static_cast<std::int32_t>(v));
     }
-    // Whom a wrong neighbour kept from being held is asked again once that one has moved.
+    // A camera that a wrong neighbour kept from being held is judged again once that neighbour has moved.
     if (!anew.empty()) {
       for (const auto& [v, placed] : anew) anew_named.insert(scene.views[v].name);
       Replace(scene, evidence, anew);

@@ -29,13 +29,14 @@ namespace {
 
 constexpr std::size_t kLeastShared = 3;  // photos: fewer cannot be aligned
 constexpr int kLeastFeatures = 50, kLeastWindow = 3, kLeastSidePx = 100;
-// Each with each of more photos is not tried; parts of 100 are placed by themselves only where there are more.
+// For more photos than the first, matching all pairs is not tried; the hierarchical mapper, whose parts have 100
+// photos, is tried only for more than the second.
 constexpr int kMostPhotosForAllPairs = 200, kPhotosForParts = 100;
 constexpr double kLongerWindow = 1.25;     // a window that is longer by less is the same
 constexpr double kAdjustmentEffort = 10;   // ranks any adjusted setting above the same without
 constexpr double kLeastShownError = 1e-6;  // where the logarithmic axes end
 
-// One thing to turn.
+// One setting that is varied.
 struct Dial {
   const char* line;
   std::vector<int> values;  // ascending, `given` among them
@@ -59,7 +60,7 @@ std::vector<int> Around(int given, std::initializer_list<double> factors, int le
 
 double InProportion(int value) { return value; }
 
-// With how many others each photo is matched at first; `all` stands for each with each.
+// The number of others that each photo is matched with at first; `all` means every pair.
 Dial PairsDial(const ReconstructOptions& o, const ReconstructExtent& extent) {
   const int all = std::max(1, extent.photos - 1);
   const bool exhaustive = ChoosePairs(o, static_cast<std::size_t>(extent.photos), extent.is_video) == PairChoice::kAll;
@@ -94,7 +95,7 @@ Dial MapperDial(const ReconstructOptions& o, const ReconstructExtent& extent) {
           [](int v) { return 1.0 + v; }};
 }
 
-// COLMAP's features are another way, not a step further on this one's.
+// COLMAP's features are an alternative, neither cheaper nor dearer than this program's.
 Dial FinderDial(const ReconstructOptions& o) {
   return {"features by",
           {0, 1},

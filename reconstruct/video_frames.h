@@ -12,7 +12,7 @@ namespace lumi {
 // "frame_000123.jpg"
 std::string FrameName(int index);
 
-// Frames are decoded compression already; a second one must not add to it.
+// The frames have been compressed as video already; JPEG must not add visible errors.
 inline constexpr int kFrameJpegQuality = 95;
 
 // Picks keyframes and writes them to work_folder/keyframes, unless they are there already (said in *reused). Throws

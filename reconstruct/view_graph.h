@@ -40,9 +40,9 @@ class ViewGraph {
   // Each photo with the `most` that look most like it.
   PhotoPairs Similar(int most) const;
 
-  // What to try next: photos most of whose partners they share, and for parts of the graph that hang on nothing or on
-  // pairs of few matches the photos elsewhere that look most like theirs. None of `tried`; empty: nothing is left.
-  // O(pairs * partners), and for each photo of such a part one product with all vectors.
+  // What to try next: photos that have most of their partners in common; and, for parts of the graph that no pairs or
+  // only pairs of few matches connect, the photos elsewhere that look most like theirs. None of `tried`; empty: nothing
+  // is left. O(pairs * partners), and for each photo of such a part one product with all vectors.
   PhotoPairs Next(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified) const;
 
  private:

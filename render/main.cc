@@ -11,7 +11,7 @@ namespace {
 
 using namespace lumi;
 
-// What stands on the command line.
+// The options of the command line.
 struct Line {
   RenderOptions render;
   MeasureOptions measure;
@@ -21,7 +21,7 @@ struct Line {
   bool ablation = false, properties = false, time_windows = false;
 };
 
-// The options themselves, or what lumi-render printed of a picture.
+// A settings file: the options themselves, or a summary that lumi-render printed.
 struct SettingsFile {
   std::optional<JsonKeys> settings;
 };
@@ -50,7 +50,7 @@ void ApplySettings(const std::filesystem::path& file, const SettingsLine& given,
   }
   given.Apply(o.settings, o.decided);
   if (o.phase && given.Has("time-s")) throw UsageError("--phase and --time-s do not go together: both say when");
-  // Who names a time wants it to count.
+  // A time that the user names switches the time measure on.
   if ((given.Has("time-s") || o.phase || (o.decided.Has("time-s") && !o.decided.Has("time"))) && !given.Has("time")) {
     o.settings.time = true;
     o.decided.Add("time");
@@ -79,6 +79,10 @@ void AddRendering(Options app, Line& line) {
           "cameras");
   app.Add("--view", o.view, "Render at this photo's own camera: its name, or else its position from 0");
   app.Flag("--leave-out", o.leave_out, "With --view: without that photo");
+  app.Call(
+      "--pixel", [&o](const std::string& text) { o.pixels.push_back(PixelFrom(text)); },
+      "With --view: X,Y, pixels from the upper left corner; also tells which photos it is blended from, and their "
+      "weights");
   app.Call(
       "--holdout", [&o](const std::string& text) { o.holdout = HoldoutFrom(text); },
       "N >= 2: render photos 0, N, 2N ... from the others and compare; each: every photo in turn, from all others; "
@@ -163,7 +167,7 @@ void AddMeasuring(Options command, MeasureOptions& m) {
   command.Add("--views", m.views, "Held-out photos that are measured").Default();
   command.Add("--repeats", m.repeats, "Timed frames a view and setting, after a warm-up").Default();
   command.Flag("--quick", m.quick, "Fewer settings, at most 320 pixels wide");
-  command.Footer("Options of the reconstruction (see lumi-render --help) say where the lines start.");
+  command.Footer("Options of the reconstruction (see lumi-render --help-all) say where the lines start.");
 }
 
 void AddTradeoff(Options command, Line& line) {
@@ -292,6 +296,16 @@ int main(int argc, char** argv) {
                                    [&] { return RunMethodsReport(line.table); });
   report.Add("results", line.table.results, "methods.json of each scene").Required();
   report.Add("-o,--output", line.table.output, "Markdown file");
+  program.options().Common({"--output", "--proxy", "--view", "--leave-out", "--holdout", "--path", "--width",
+                            "--seconds", "--video", "--format", "--show", "--effects", "--backend", "--budget-ms",
+                            "--settings", "--k", "--similarity", "--resolution", "--grid"});
+  program.options().Examples(
+      "lumi-render scene -o walk.mp4                                 a film along the photos\n"
+      "lumi-render scene -o out --view IMG_12.jpg --leave-out        a photo's view, from the others\n"
+      "lumi-render scene --holdout 8                                 errors of left-out photos\n"
+      "lumi-render scene -o out --view 12 --show false-color         which photo is seen where\n"
+      "lumi-render scene -o out --path path.json --budget-ms 33      a path, 33 ms a frame\n"
+      "lumi-render tradeoff scene -o out                             what accuracy costs in time");
   program.RunAndExit(argc, argv, [&] {
     read();
     if (line.render.scene.empty()) throw UsageError("a scene is missing", "see lumi-render --help");

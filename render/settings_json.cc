@@ -23,7 +23,7 @@ void ListKeys(JsonKeys& j, RadianceSettings& settings) {
 }
 
 JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend) {
-  // What differs by place is no number: given back, it is measured again.
+  // Leaves that differ by place cannot be written as numbers: kMeasured is written, so that they are measured again.
   RadianceSettings said = settings;
   if (said.similarity != Similarity::kFull) said.correlation_regions = 1;
   if (said.by_place && said.similarity == Similarity::kFull) {

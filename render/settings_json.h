@@ -9,7 +9,8 @@ namespace lumi {
 // An object of the options' names and values, as summaries print it, fronts keep it and --settings takes it back.
 // Throws UsageError for what SetOption does not take.
 void ListKeys(JsonKeys& j, RadianceSettings& settings);
-// The same as lumi-render says how a picture was made: by which backend; without a time that differs from view to view.
+// The same, as lumi-render prints how a picture was made: with the backend, and without a time that differs from view
+// to view.
 JsonKeys KeysOf(const RadianceSettings& settings, bool own_times, const std::string& backend);
 
 }  // namespace lumi

@@ -216,8 +216,8 @@ car() {
     picture "fig-5-12-$v-tessellation" "${v#*-}: tessellation" car $proxy $v "${sparse[@]}" --show tessellation
     close_row
   done
-  section proxies-car 'Figure 5-14: the car in 500 faces' 'The visual hull of its 36 silhouettes, simplified so that it stays around them.'
-  shown fig-5-14 'car' car $proxy car-front
+  section proxies-car 'Proxies found: the car in 500 faces' 'The visual hull of its 36 silhouettes, simplified so that it stays around them.'
+  shown proxy-car 'car' car $proxy car-front
   section fig-5-13 'Figure 5-13: the silhouette' 'The picture'\''s contour comes from the photos (left), not from the geometry (right).'
   open_row
   picture fig-5-13 'a close-up' car $proxy car-roof "${sparse[@]}"
@@ -225,16 +225,20 @@ car() {
   close_row
 }
 
-# The four silhouettes of a person; no figure of the thesis's chapters 4 and 5 shows it.
 person() {
   capture person 4 480
   quietly "$bin/lumi-proxy" hull "$out/captures/person" --silhouettes "$out/captures/person/truth/silhouettes"
-  section proxies-person 'Proxies found: a person from four silhouettes' 'The visual hull, at the first photo'"'"'s camera and between two photos.'
-  local first
-  first=$(find "$out/captures/person/images" -type f -printf '%f\n' | sort | head -n 1)
+  local photos first second
+  mapfile -t photos < <(find "$out/captures/person/images" -type f -printf '%f\n' | sort)
+  first=${photos[0]} second=${photos[1]}
+  section fig-5-14 'Figure 5-14: a person from four silhouettes' 'The visual hull, flat-shaded, at two photos'"'"' cameras.'
   open_row
-  picture proxy-person-proxy 'the hull' person hull "photo:$first" --show proxy
-  picture proxy-person 'over it, without this photo' person hull "photo:$first"
+  picture fig-5-14-a 'the hull' person hull "photo:$first" --show proxy
+  picture fig-5-14-b 'from another side' person hull "photo:$second" --show proxy
+  close_row
+  section fig-5-15 'Figure 5-15: the hull with the photos on it' 'At the first photo'"'"'s camera, without that photo: three photos are left.'
+  open_row
+  both fig-5-15 'rendered' person hull "photo:$first"
   close_row
 }
 

@@ -52,7 +52,7 @@ double SlowNoise(double time_s, double hz, float channel) {
   return static_cast<double>(FractalNoise(at, 3, 0.5f, 0.0f, 402));
 }
 
-// Who walks unevenly is ahead of time here and behind there.
+// An uneven pace: the walker is ahead of an even walk at some times and behind it at others.
 double Paced(const PathDescription& path, double frame) {
   if (path.pace_s == 0) return frame;
   const double ahead_s = path.pace_s * SlowNoise(frame / path.fps, 0.9, 41);
@@ -97,7 +97,7 @@ Rigid3 OnWave(const PathDescription& path, double frame) {
                        forward.normalized() * (path.amplitude.y() * std::sin(2 * phase + 1.0)) +
                        Vector3d::UnitZ() * (path.amplitude.z() * std::sin(2 * phase));
   if (path.hand_drift == 0 && path.hand_rad == 0) return Look(path, eye, path.direction);
-  // A hand keeps neither the place nor the direction that it means: slow noise in all of them.
+  // A hand holds neither place nor direction exactly: slow noise in both.
   const double time_s = frame / path.fps;
   const auto noise = [&](float channel, double hz) { return SlowNoise(time_s, hz, channel); };
   const Vector3d drift(noise(0, 0.45), noise(5, 0.45), noise(11, 0.45));
@@ -165,7 +165,7 @@ double ZoomAt(const PathDescription& path, double frame) {
   double zoom = path.zoom[0];
   if (path.zoom[1] != path.zoom[0]) zoom *= std::pow(path.zoom[1] / path.zoom[0], Share(path, frame));
   if (path.hold) {
-    // The hand means to zoom as the ideal path would want it.
+    // The person zooms as the ideal path would need it; the shake of the hand does not change the zoom.
     const PathDescription ideal = WithShake(path, 0);
     zoom *= (PoseAt(ideal, frame) * *path.hold).z() / (PoseAt(ideal, 0) * *path.hold).z();
   }
@@ -216,7 +216,8 @@ std::vector<PlannedView> ViewsTaken(const SceneDescription& scene, int views, bo
 
 std::vector<PlannedView> PlanViews(const SceneDescription& scene, int views, bool first) {
   std::vector<PlannedView> taken = ViewsTaken(scene, views, first);
-  // The second of each so many: photos 0, N, 2N ..., which a hold-out takes, stay sharp where N is a multiple of that.
+  // Of every `every` photos the second is blurred: photos 0, N, 2N ..., which a hold-out takes, stay sharp where N is a
+  // multiple of `every`.
   const auto every = static_cast<std::size_t>(scene.effects.motion_blur_every);
   for (std::size_t i = 0; i < taken.size(); ++i) taken[i].blurred = i % every == 1 % every;
   return taken;

@@ -39,7 +39,8 @@ class Staging {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
-  // What is half moved is known as ours by this folder, until it is made again.
+  // If moving was interrupted, an empty staging folder stays: it marks the output as ours until the capture is made
+  // again.
   ~Staging() {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
@@ -212,7 +213,7 @@ void WriteVideo(const std::vector<PlannedView>& views, double fps, const fs::pat
   video.Finish();
 }
 
-// What is traced, and what it is counted and told to.
+// What is traced, and where counts and progress are reported.
 struct Take {
   const TracedScene& traced;
   const SimulateOptions& options;
@@ -317,7 +318,7 @@ SceneDescription SceneAt(SceneDescription scene, const fs::path& file) {
   return scene;
 }
 
-// As a camera without a hand's shake, a sensor read at once and without noise would have filmed it.
+// The scene as filmed by a camera without shake, with a sensor read out at once and without noise.
 SceneDescription Steady(SceneDescription scene) {
   for (PathDescription& path : scene.paths) path = WithShake(std::move(path), 0);
   scene.effects.rolling_shutter_s.reset();
@@ -325,7 +326,7 @@ SceneDescription Steady(SceneDescription scene) {
   return scene;
 }
 
-// The second of each so many photos and so on, as motion blur takes them.
+// Of every `portrait_every` photos the second, as with motion blur.
 void TurnToPortrait(std::vector<PlannedView>& views, int portrait_every, const SceneDescription& scene) {
   if (portrait_every == 0) return;
   if (!scene.jpeg) throw UsageError("--portrait-every: this scene's photos are PNG, which says nothing of it");
@@ -350,7 +351,8 @@ void WriteTrueMesh(const Tracer& tracer, const fs::path& folder, Scene& truth) {
   }
 }
 
-// Provenance and manifest go first and come last: a run that is killed in between is no capture, and is made anew.
+// The old provenance and manifest are removed first, the new ones written last: a run that is killed in between leaves
+// no capture, and the next run makes it anew.
 void MoveIntoPlace(Staging& staging, const fs::path& output, Provenance& provenance) {
   staging.Begin();
   fs::remove(output / "provenance" / "simulate.json");

@@ -24,8 +24,8 @@ namespace lumi {
 struct SimulateOptions {
   std::filesystem::path scene_file;  // either this
   std::string example;               // or one of ExampleNames()
-  std::filesystem::path output;      // absent, empty, or a capture of ours made with the same options, or
-  bool replace = false;              // with any
+  std::filesystem::path output;      // absent, empty, or a capture of ours made with the same options
+  bool replace = false;              // the output may be a capture made with any options
   int views = 0;                     // so many, evenly spread; 0: all
   int width_px = 0;                  // of every photo; 0: as described
   int fixed_frames = -1;             // of fixed.mp4; 0: none; -1: as described

@@ -1,6 +1,6 @@
 // Checked access to a JSON tree: every value is asked for by key with its range, every message names the file and the
-// place ("objects[3].radius: must be > 0"), and keys that nobody asked for are refused, because a misspelt option that
-// is ignored looks like one that does nothing.
+// place ("objects[3].radius: must be > 0"), and unknown keys are refused, because a misspelt option that is ignored
+// looks like one that does nothing.
 #pragma once
 
 #include <Eigen/Core>
@@ -57,7 +57,7 @@ class JsonReader {
   // Elements of an array, with their places ("objects[3]").
   std::vector<std::pair<const Json*, std::string>> Array(const std::string& key);
 
-  // Refuses keys that were not asked for.
+  // Refuses keys that no call has read.
   void Done() const;
 
  private:

@@ -51,6 +51,11 @@ int main(int argc, char** argv) {
           "Takes one photo in so many, from the second one on, with the camera turned by a quarter, as a phone held "
           "upright: its EXIF orientation is 6 [default: none]")
       .Positive();
+  app.Examples(
+      "lumi-simulate --example desk -o capture                      photos in capture/images, the truth in "
+      "capture/truth\n"
+      "lumi-simulate --example plaza --views 60 --width 640 -o plaza\n"
+      "lumi-simulate --example hallway --video --shake 1.5 -o shaky");
   program.RunAndExit(argc, argv, [&] {
     options.seed = program.seed();
     return lumi::Simulate(options, program.progress());

@@ -50,7 +50,7 @@ float GradientNoise(const Eigen::Vector3f& x, std::uint32_t seed) {
 float FractalNoise(const Eigen::Vector3f& x, int octaves, float gain, float footprint, std::uint32_t seed) {
   float sum = 0, strength = 1, frequency = 1;
   for (int octave = 0; octave < octaves; ++octave) {
-    // Fades out between two and one footprints a feature.
+    // Fades out as the feature shrinks from two footprints to one.
     const float visible = std::clamp(1.0f / std::max(frequency * footprint, 1e-6f) - 1.0f, 0.0f, 1.0f);
     if (visible <= 0) break;
     sum += visible * strength * GradientNoise(x * frequency, seed + static_cast<std::uint32_t>(octave));

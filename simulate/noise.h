@@ -1,5 +1,6 @@
-// Randomness as a function of where, never of when: hashes of integers and gradient noise (Perlin 1985, 2002). The same
-// arguments give the same value on any thread, so a capture does not depend on the thread count.
+// Pseudo-random numbers as a function of their arguments alone, not of the order of calls: hashes of integers and
+// gradient noise (Perlin 1985, 2002). The same arguments give the same value on any thread, so a capture does not
+// depend on the thread count.
 #pragma once
 
 #include <Eigen/Core>

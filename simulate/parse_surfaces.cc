@@ -100,7 +100,7 @@ void ParseShape(JsonReader& reader, const ParseContext& context, ObjectDescripti
       object.wavelength = reader.Number("wavelength", 0.3 * object.size.x(), Range::kPositive);
       break;
     case ShapeKind::kSphere:
-      if (reader.Require("radius").is_array()) {  // an ellipsoid is a sphere that is as high as it is to be
+      if (reader.Require("radius").is_array()) {  // an ellipsoid: a sphere of radius z, scaled in x and y
         const Eigen::Vector3d radii = PositiveSize(reader, "radius", false);
         object.radius = radii.z();
         object.world_from_object.scale(radii / radii.z());
@@ -172,13 +172,13 @@ SpinDescription ParseSpin(const nlohmann::json& node, const ParseContext& contex
   return spin;
 }
 
-// So many parts more.
+// Adds parts to the scene's count; fails beyond kMostParts.
 void Count(JsonReader& reader, const ParseContext& context, std::size_t parts) {
   if ((*context.parts += parts) > kMostParts)
     reader.Fail("the scene has more than " + std::to_string(kMostParts) + " objects, with their copies and parts");
 }
 
-// What each copy of an object takes, in objects.
+// How many parts each copy of an object counts as.
 std::size_t PartsOf(const ObjectDescription& object) {
   constexpr std::size_t kBytesOfText = 64;
   return 1 + object.sections.size() + (object.name.size() + object.file.native().size()) / kBytesOfText;

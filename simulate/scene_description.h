@@ -145,7 +145,7 @@ struct EffectsDescription {
   std::optional<double> skew_px;
   std::optional<double> noise_sigma;        // code values of 255
   std::optional<double> motion_blur_s;      // exposure time
-  int motion_blur_every = 1;                // of each so many photos the second one is blurred; 1: all are
+  int motion_blur_every = 1;                // of every so many photos the second is blurred; 1: all are
   std::optional<double> rolling_shutter_s;  // from the first row to the last
   std::optional<double> exposure_stops;     // drift: amplitude
   double exposure_period_s = 10;
@@ -158,7 +158,7 @@ struct SceneDescription {
   std::string name;
   std::vector<CameraDescription> cameras;
   std::vector<PathDescription> paths;
-  // Repeats itself after this; such a capture is a video: some views of it are its first frames.
+  // The scene repeats itself after this time. Its capture is a video, and fewer views are its first frames.
   std::optional<double> period_s;
   std::optional<FixedVideoDescription> fixed_video;
   std::vector<FixedVideoDescription> videos;  // several cameras at once: videos/camera_00.mp4 ...

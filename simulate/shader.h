@@ -1,5 +1,5 @@
 // Radiance that a ray brings back: lambertian surfaces under fixed light, highlights (Blinn and Phong) and mirrored
-// surroundings, both of which change with the direction one looks from. Nothing is drawn at random but by place, so a
+// surroundings, both of which change with the viewing direction. Random numbers depend on the place alone, so that a
 // surface looks the same from one view to the next wherever it should.
 #pragma once
 

@@ -1,6 +1,6 @@
 // What a ray meets (Embree). Surfaces that stand still are one acceleration structure; objects that turn together are
-// one of their own, and rays are taken back by its rotation at their time. Hits are refined in double: depth maps are
-// as exact as the mesh.
+// another, and rays are rotated back by these objects' rotation at the ray's time. Hits are refined in double: depth
+// maps are as exact as the mesh.
 #pragma once
 
 #include <Eigen/Core>

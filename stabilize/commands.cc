@@ -37,8 +37,8 @@ static std::map<std::string, std::string> OptionValues(const StabilizeOptions& o
   return values;
 }
 
-// How the path was made, kept in the scene that it is of (where that is one of this suite's and may be written to): a
-// path may lie anywhere, so the record has its name as seen from the scene.
+// Records how the path was made, in the scene that the path belongs to (where that scene is one of this suite's and may
+// be written to). The path itself may lie anywhere, so the record names it relative to the scene.
 static void KeepRecord(const StabilizeCommandOptions& command, const StabilizeOptions& options, const Scene& scene,
                        double seconds) {
   constexpr std::size_t kLongestName = 100;

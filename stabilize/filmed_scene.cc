@@ -43,7 +43,7 @@ void Balance(const std::vector<Matrix34d>& P, Eigen::Matrix4d& balanced, Eigen::
     }
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
     const Eigen::Matrix4d R = qr.matrixQR().topRows<4>().triangularView<Eigen::Upper>();
-    // Cameras at one centre leave a direction of the world without any matrix: it keeps its own scale.
+    // If all cameras share a centre, no matrix depends on one direction of the world: that direction keeps its scale.
     const double largest = R.diagonal().cwiseAbs().maxCoeff();
     Eigen::Matrix4d regular = R;
     for (int i = 0; i < 4; ++i)
@@ -172,13 +172,13 @@ FilmedScene ReadFilmedScene(const Scene& scene, std::optional<double> fps) {
   }
   if (front < 0) film.plane_at_infinity = -film.plane_at_infinity;
 
-  // One centre: what the second camera sees of the first one's centre is nothing.
+  // Whether all cameras share one centre: every matrix then maps the first camera's centre to zero.
   film.one_centre = true;
   const Eigen::Vector4d centre = CentreOfProjection(film.frames.front().P);
   for (const FilmedFrame& frame : film.frames) film.one_centre = film.one_centre && (frame.P * centre).norm() < 1e-9;
 
   ParallelEach(film.frames.size(), 4, [&](std::size_t t) {
-    // A frame that sees hardly a point (a blank wall, blur) is at the depth of the nearest one that does.
+    // A frame that sees hardly a point (a blank wall, blur) takes the depth of the nearest frame that does.
     std::size_t from = t;
     for (std::size_t d = 1; d < film.frames.size() && film.frames[from].sights.size() < kFewestForDepth; ++d)
       if (t >= d && film.frames[t - d].sights.size() >= kFewestForDepth)

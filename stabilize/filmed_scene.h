@@ -35,12 +35,12 @@ struct FilmedScene {
   double fps = 30;                           // one over the median step; steps may differ
   std::vector<FilmedFrame> frames;           // in the order of time
   std::vector<Eigen::Vector4d> X;            // norm 1, w > 0 in front of who sees them
-  Plane plane_at_infinity = Plane::UnitW();  // approximate: cheirality's. Norm 1, positive at the points
+  Plane plane_at_infinity = Plane::UnitW();  // approximate: from cheirality alone. Norm 1, positive at the points
   Eigen::Matrix4d world_from_balanced = Eigen::Matrix4d::Identity(), balanced_from_world = Eigen::Matrix4d::Identity();
   bool one_centre = false;  // all matrices share their centre: homographies, no structure; X are directions from it
 
-  // Of the frames, in frames of 1 / fps after the first: whole numbers where only their seconds' rounding is in
-  // between.
+  // Times of the frames, in frames of 1 / fps after the first: whole numbers where they differ from these by the
+  // rounding of seconds only.
   std::vector<double> TimesInFrames() const;
   double px_per_unit() const { return 0.5 * size_px.maxCoeff(); }
   // Half the picture, units: (1, 0.5625) at 16:9.

@@ -70,7 +70,7 @@ double ShakePx(const FilmedScene& film, const std::vector<Matrix34d>& P) {
   long count = 0;
   for (std::size_t j = 0; j < seen.size(); ++j) {
     if (static_cast<int>(seen[j].size()) <= reach / 2) continue;
-    // Images beyond the frames that see a point are as good: the matrices know no ends of tracks.
+    // Images in frames that do not see the point are used as well: the matrices do not depend on where a track ends.
     const auto at = [&](int t) -> Eigen::Vector2d {
       const Eigen::Vector3d q = P[static_cast<std::size_t>(t)] * film.X[j];
       return q.z() > 1e-9 ? Eigen::Vector2d(q.head<2>() / q.z()) : Eigen::Vector2d::Constant(std::nan(""));

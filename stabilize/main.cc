@@ -64,6 +64,9 @@ int main(int argc, char** argv) {
   scoring.Add("INPUT", score.score.input, "The video as it was taken").Required();
   scoring.Add("VIDEOS", score.score.stabilised, "Stabilised videos of the same frames, of any size");
   scoring.Add("--plot", score.plot, "SVG of paths, spectra and jitter");
+  app.Examples(
+      "lumi-stabilize scene -o path.json --model smooth && lumi-render scene --path path.json -o steady.mp4\n"
+      "lumi-stabilize score shaky.mp4 steady.mp4 other.mp4         how steady each is");
   program.RunAndExit(argc, argv, [&] {
     if (o.scene.empty() || o.output.empty()) throw lumi::UsageError("give SCENE and -o PATH.json", "see --help");
     for (std::size_t i = 0; i + 1 < object_points_px.size(); i += 2)

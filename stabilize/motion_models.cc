@@ -282,8 +282,9 @@ double ErrorOf(MotionModel model, const double* p, double s, const WeighedSight&
   return q.z() > 1e-9 ? (q.head<2>() / q.z() - sight.x).norm() : 1e3;
 }
 
-// Of each frame at most so many sights, evenly over its list: tracks begin anywhere in the picture. Where the frame's
-// matrix puts the point, not where the track was: what moves by itself is in tracks, and never in a camera's matrix.
+// At most `wanted_a_frame` sights of each frame, evenly over its list: tracks begin anywhere in the picture. A sight is
+// where the frame's matrix puts the point, not where the track was: objects that move by themselves affect tracks, but
+// no camera's matrix.
 Sights Some(const FilmedScene& film, const StartFrame& start, int wanted_a_frame, std::size_t every = 1) {
   Sights sights(film.frames.size());
   for (std::size_t t = 0; t < sights.size(); t += every) {
@@ -373,7 +374,7 @@ std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, 
         ++count;
         kept += MatrixAt(MotionModel::kCircular, p.data(), s[t]).row(2).dot(sight.X) > 1e-6 ? 1 : 0;
       }
-    if (kept * 5 < count * 4) continue;  // what was seen lies behind
+    if (kept * 5 < count * 4) continue;  // most sights would lie behind the cameras
     const RoundSummary coarse = FitRound(MotionModel::kCircular, s, sights, {}, kIterations, p);
     iterations += coarse.iterations;
     if (!coarse.usable) continue;
@@ -391,9 +392,9 @@ std::vector<double> BestStart(const FilmedScene& film, const StartFrame& start, 
   return best;
 }
 
-// Frames over which the shake is one and the same, as a slow motion sees it: the sum of the autocorrelation of each
-// frame's mean residual (Bartlett's, over a quarter of the video). What swings back and forth cancels, and may leave
-// less than a frame.
+// For how many frames the shake stays correlated, as seen by a slow motion: the sum of the autocorrelation of each
+// frame's mean residual (Bartlett's, over a quarter of the video). A shake that swings back and forth cancels, and may
+// leave less than a frame.
 double FramesOfOneShake(const std::vector<Eigen::Vector2d>& off) {
   const auto n = static_cast<int>(off.size());
   const int most = std::max(1, n / 4);
@@ -452,8 +453,8 @@ ModelFit FitModel(const FilmedScene& film, MotionModel model, const ModelFitOpti
   };
   fit_rounds(model, sights, p);
   if (model == MotionModel::kCircular) {
-    // An arc is told from a line only by what it departs from one, and the shake has to be less than that: an F test
-    // with as many independent samples as the shake has.
+    // An arc differs from a line only by its departure from one, which has to exceed the shake: an F test with as many
+    // independent samples as the shake has.
     std::vector<double> line = StartLinear(film, start, s, MotionModel::kLinear, object);
     Sights of_line = sights;
     fit_rounds(MotionModel::kLinear, of_line, line);

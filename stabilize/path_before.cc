@@ -57,7 +57,7 @@ std::optional<Move> Moved(const std::vector<Anchor>& anchors, const Eigen::Vecto
     weights += w;
   }
   N.diagonal().tail<2>().array() +=
-      1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line say nothing across it
+      1e-3 * N.diagonal().tail<2>().sum() + 1e-9 * weights;  // anchors on a line determine nothing across it
   const Eigen::Matrix<double, 3, 2> fit = N.inverse() * right;
   return Move{x_px + fit.row(0).transpose(), 1 / (1 + near[0].first / (kSameFeaturePx * kSameFeaturePx))};
 }
@@ -81,7 +81,8 @@ PathBefore::PathBefore(const FilmedScene& film, const std::vector<const MatrixKe
 
 std::optional<Move> PathBefore::Of(std::size_t t, const Eigen::Vector4d& X, const Eigen::Vector2d& filmed_px) const {
   if (!map_ || shown_[t]->filmed.isZero(0)) return Moved(shown_[t]->anchors, filmed_px);
-  // What the two windows disagree in about the frame is not moved: it is the same pixel.
+  // Only the difference of the two images is added to the pixel: where the windows put the point in the filmed frame
+  // may differ, but it is the same pixel.
   const Eigen::Vector4d X_before = map_->a_from_b * X;
   const auto from = ImageOf(shown_[t]->filmed, X_before), to = ImageOf(shown_[t]->steady, X_before);
   if (!from || !to || (*to - *from).norm() > 1) return std::nullopt;

@@ -14,8 +14,8 @@ namespace lumi {
 
 // Of the frames that two windows have in common, in the order of time: before `begin` the earlier path alone, from
 // `end` on the later one alone. The later window shows those from `begin` on: there it has the frames before that fill
-// a picture. As wide as that allows: each path is the less sure the nearer it is to its end, and the wider the seam,
-// the slower what leads from one to the other.
+// a picture. The seam is as wide as that allows: a path is less certain the nearer it is to its end, and a wider seam
+// makes the transition slower.
 struct Seam {
   int begin = 0, end = 0;
 };
@@ -29,7 +29,7 @@ std::optional<Eigen::Vector2d> ImageOf(const Matrix34d& P, const Eigen::Vector4d
 
 struct Move {
   Eigen::Vector2d to_px = Eigen::Vector2d::Zero();
-  double sureness = 1;  // 1: of this very feature; less where its neighbours, of other depths maybe, tell of it
+  double sureness = 1;  // 1: from the same feature; less where neighbours, of other depths maybe, stand for it
 };
 
 // Where the frame's pixels went, near x: the affine map of the nearest anchors, and where one of them is the same

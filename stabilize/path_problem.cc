@@ -122,7 +122,8 @@ class BendCost final : public ceres::SizedCostFunction<2, 12, 12, 12> {
   double root_;
 };
 
-// Steps a free frame: nothing else holds the directions of P' that no point tells.
+// The largest trust region, which leaves a little damping: nothing else holds the directions of P' that no point
+// determines.
 constexpr double kMostTrust = 1e10;
 
 }  // namespace

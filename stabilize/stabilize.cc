@@ -20,8 +20,8 @@
 namespace lumi {
 namespace {
 
-// A path is least sure at its ends, which no frames beyond hold: pictures there are to be the filmed one's similarities
-// more than elsewhere, by 1 + this.
+// A path is least certain at its ends, where no frames beyond hold it. There pictures are held more strongly to be
+// similarities of the filmed ones: the weight is multiplied by up to 1 + kAlikeAtEnds.
 constexpr double kAlikeAtEnds = 30, kEnd_s = 0.1;
 constexpr double kBorderShare = 0.5;   // of a border point, whose depth is extended, against one of the structure
 constexpr double kScaleSlack = 0.002;  // of min_scale: half a pixel of 500
@@ -66,9 +66,9 @@ std::vector<WantedPoint> PointsOf(const FilmedScene& film, const FilmedFrame& fr
   return points;
 }
 
-// Another depth on the ray of each point, far ones' near, near ones' far. A floor before a wall has one depth a
-// direction, and a camera that wanders off along its view, zooming back, shows the points that there are almost where
-// they were: its pictures are then made of photos from elsewhere. That the two are one behind the other is what tells a
+// Another depth on the ray of each point, far ones' near, near ones' far. A floor before a wall has one depth in each
+// direction, so a camera that wanders along its view while zooming back shows the points almost where they were, and
+// its pictures would be made of photos from elsewhere. Keeping the two points of a ray behind each other fixes the
 // centre.
 void AddDepths(const FilmedScene& film, const FilmedFrame& frame, std::vector<WantedPoint>& points) {
   const Eigen::Vector4d centre = CentreOfProjection(frame.P);
@@ -126,8 +126,8 @@ std::vector<Eigen::Matrix4d> SteadyMotion(const FilmedScene& film, const std::ve
   return mean;
 }
 
-// Of what a frame sees where `px` says, within the box: what shows beside the object in it lies behind; nearer than
-// most is the object.
+// The points that the frame sees and `px` puts into the box, without those that show beside the object and lie behind
+// it: points nearer than most are taken as the object's.
 template <typename Place>
 std::vector<std::int32_t> NearestIn(const FilmedScene& film, const FilmedFrame& frame,
                                     const std::vector<double>& box_px, const Place& px) {
@@ -213,8 +213,8 @@ class PathMaker {
     ChoosePoints();
     problem_.smoothness = SmoothnessOf(o_.cutoff_hz, film.fps);
     problem_.times = film.TimesInFrames();
-    // Frames that this path shows, or has a share in: it rises from the seam's beginning to its end, as the next
-    // window's does where this one ends.
+    // The last frames, which the next window has too: this path's share rises over its own first seam, and the next
+    // window's rises over the seam at this one's end.
     anchors_ = std::min(o_.anchors, static_cast<int>(n_));
     last_seam_ = SeamOf(anchors_, o_.half_window);
     report.first_shown = seam_.begin;
@@ -270,7 +270,7 @@ class PathMaker {
 
   void FitMotion() {
     if (o_.model == MotionModel::kVertigo) {
-      // An object that the path before has kept is where it kept it.
+      // An object that the earlier path kept in place stays where that path put it.
       const auto seam = static_cast<std::size_t>(seam_.begin);
       if (overlap_ > 0 && shown_[seam] && !o_.before->object_px.empty())
         fit_.object = NearestIn(film_, film_.frames[seam], o_.before->object_px,
@@ -370,14 +370,14 @@ class PathMaker {
   }
 
   void StripCentre(std::vector<Matrix34d>& matrices) const {
-    if (!film_.one_centre)
-      return;  // no point told of this direction: what a solver's damping moved along it was nothing
+    if (!film_.one_centre) return;
+    // At one centre no point determines the matrices along it: what the solver's damping moved there means nothing.
     const Eigen::Vector4d centre = CentreOfProjection(original_.front());
     for (Matrix34d& p : matrices) p -= (p * centre) * centre.transpose();
   }
 
-  // P, led over from the path before: a matrix each whose images go where that path put the frame's pixels, then from
-  // there to P's own. What leads over is slow; P's own bends stay.
+  // P, with a transition from the path before: matrices whose images first lie where that path put the frame's pixels,
+  // and then move to P's own images. The transition is slow; P's own bends stay.
   void LeadOver(const PathBefore& earlier, std::vector<Matrix34d>& P) const {
     const std::size_t n =
         std::min(n_, static_cast<std::size_t>(seam_.end) + 2);  // two of its own, held: what leads over ends smoothly

@@ -36,7 +36,8 @@ struct StabilizeOptions {
   std::vector<Eigen::Vector2d> object_points_px;  // or tracks picked by their places there
   // A long video in windows: the path before this one, whose last frames are this one's first.
   std::optional<MatrixPath> before;
-  // Of so many last frames: what the next window is led over from. It shows those after the seam's beginning itself.
+  // How many of the last frames get anchors, from which the next window's path goes on. The next window itself shows
+  // the frames after the beginning of the seam.
   int anchors = 0;
 };
 

@@ -22,7 +22,7 @@ bool Inside(const Polygon& polygon, const Eigen::Vector2d& x) {
   return inside;
 }
 
-// Pictures that reach a little farther than they do: a pixel that is half seen is seen.
+// Pictures count as a little larger than they are: a pixel that is half seen counts as seen.
 constexpr double kGrown = 1.002;
 
 }  // namespace
@@ -46,7 +46,7 @@ std::vector<double> ViewScales(const FilmedScene& film, const std::vector<Matrix
       }
       if (whole && polygon.size() >= 3) seen.push_back(std::move(polygon));
     }
-    // Without a point in the frame its depth is not known: the picture is its own.
+    // A frame without points has no known depth: only its own picture is taken to fill it.
     if (seen.empty()) {
       scales[t] = film.frames[t].border.empty() ? 1 : options.least;
       return;

@@ -93,7 +93,7 @@ Points CornersOf(const cv::Mat& grey, int count) {
   return corners;
 }
 
-// A similarity from one frame to the next, as 2x3; the identity where there is nothing to hold on to.
+// A similarity from one frame to the next, as 2x3; the identity where too few corners can be followed.
 cv::Matx23d Step(const cv::Mat& a, const Pyramid& pa, const Pyramid& pb) {
   const Points corners = CornersOf(a, 120);
   if (corners.size() >= 8) {
@@ -201,7 +201,7 @@ std::vector<cv::Matx23d> StepsBetween(const std::vector<cv::Mat>& grey, Progress
   return step;
 }
 
-// The frame whose picture's middle is nearest to where middles are usually.
+// The frame whose picture's middle is nearest to the median of all frames' middles.
 std::size_t UsualFrame(const std::vector<cv::Matx23d>& step, const cv::Size& size) {
   cv::Point2f at(0.5F * static_cast<float>(size.width), 0.5F * static_cast<float>(size.height));
   std::vector<double> xs, ys;
@@ -217,9 +217,9 @@ std::size_t UsualFrame(const std::vector<cv::Matx23d>& step, const cv::Size& siz
   return usual;
 }
 
-// The reference's own corners in every frame, outwards from it: a corner's place in the neighbour, moved by the step
-// between the two, is where it is sought; what the reference looks like there is what is sought, so that nothing
-// drifts.
+// The reference's own corners in every frame, outwards from the reference. A corner is searched for at its place in the
+// neighbouring frame, moved by the step between the two; the patch that is searched for is always the reference's, so
+// that nothing drifts.
 Displacements FollowCorners(const std::vector<cv::Mat>& grey, const std::vector<cv::Matx23d>& step,
                             std::size_t reference, const Points& corners, Progress& progress) {
   const auto n = static_cast<Eigen::Index>(grey.size()), m = static_cast<Eigen::Index>(corners.size());

@@ -43,7 +43,8 @@ Alignment AlignFrames(const FrameStack& stack, const AlignOptions& options, Prog
 // Aligned frames as they would look from the reference's camera.
 PixelAt AlignedPixels(const FrameStack& stack, const Alignment& alignment);
 
-// What of the frames' change the camera's place explains: its modes, and their products for the strongest.
+// Regressors for the part of the frames' change that comes from the camera's place: its modes, and for the strongest
+// also their products.
 Eigen::MatrixXd CameraCovariates(const Alignment& alignment);
 
 Signals MovingSignals(const FrameStack& stack, const Alignment& alignment, const SignalsOptions& options);

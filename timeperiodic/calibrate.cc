@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where a period is from.
+// Where a period comes from.
 constexpr const char *kGiven = "given", *kFixedVideo = "fixed video", *kMovingVideo = "moving video";
 constexpr const char* kOwnFolder = "timeperiodic";
 constexpr int kMovingComponents = 48;
@@ -96,7 +96,7 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
   return wanted;
 }
 
-// Dials of the search against what they bring: the period, and the scene's held-out frames rendered with it.
+// Settings of the search against their results: the period, and the error of held-out frames rendered with it.
 PeriodTradeoff Tradeoff(const CalibrateVideoOptions& o, ProgressSink& progress) {
   const PeriodTradeoffOptions options{o.fixed_video.empty() ? o.video : o.fixed_video, o.fixed_video.empty(), o.period,
                                       o.width_px, o.period_frames};
@@ -255,7 +255,7 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
   summary.period.seconds = wanted.seconds = SecondsSince(start);
   const FolderLock lock(o.scene);
   WriteTextAtomically(summary_file, JsonKeys(summary).Text(1) + "\n");
-  // What it made is there again before it says that nothing is left to do.
+  // Outputs that a later run must find unchanged before it has nothing to do.
   std::error_code error;
   for (const char* file : {"summary.json", "period.svg", "sampling.svg", "masks"})
     if (fs::exists(own / file, error)) wanted.outputs[(fs::path(kOwnFolder) / file).string()] = Fingerprint(own / file);

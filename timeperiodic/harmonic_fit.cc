@@ -22,7 +22,7 @@ constexpr int kFolds = 5;
 constexpr double kBlocks = 15;
 constexpr double kSlowTurns = 4;
 constexpr double kEssential = 0.02;
-constexpr int kPatience = 4;  // a texture may show in high harmonics what it does not in those between
+constexpr int kPatience = 4;  // rounds without gain before the search ends: a texture may lack middle harmonics
 constexpr std::array kHarmonics{1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 
 MatrixXd Ridged(MatrixXd G, double rows) {

@@ -82,5 +82,8 @@ int main(int argc, char** argv) {
   s.Add("SCENE", scene, "Scene with times and a period").Required();
   s.Add("--plot", plot, "SVG: position against time, folded into one period, and one window");
 
+  program.options().Examples(
+      "lumi-timeperiodic period tripod.mp4                           the period of what repeats itself\n"
+      "lumi-timeperiodic calibrate moving.mp4 -o scene --fixed-video tripod.mp4");
   program.RunAndExit(argc, argv);
 }

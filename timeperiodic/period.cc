@@ -21,10 +21,10 @@ using Eigen::VectorXd;
 
 constexpr Eigen::Index kFewestFramesOfAll = 8;
 constexpr Eigen::Index kMostShift = 4000;  // frames: two minutes and more, at a cost of its square
-// A multiple that predicts so much more of cycles the fit has not seen is not dismissed without a word.
+// A multiple that predicts held-out cycles better by this factor is named in a warning.
 constexpr double kClearlyBetter = 1.2;
-// A moving camera's parallax is most of what is left over (a fifth is explained where the period is right to a
-// ten-thousandth); less than this was seen with wrong periods.
+// Below this share of the variance there is a warning: it was seen with wrong periods. (With a moving camera, parallax
+// is most of what is not explained; a fifth is explained where the period is right to a ten-thousandth.)
 constexpr double kWeak = 0.15;
 constexpr double kMinCycles = 2.2;     // for fits that are validated on other cycles
 constexpr double kResolved = 4;        // frames: from here on motion between frames is less than a quarter turn
@@ -34,7 +34,7 @@ constexpr int kMostInStep = 4;         // periods of the scene that one of the c
 constexpr double kMoreInStep = 0.1;    // ... where so much more of its movement is explained than by fewer
 constexpr double kFewBetter = 0.15;    // correlation by which one long cycle beats what repeats faster within it
 constexpr std::size_t kMostShown = 9;  // candidates
-constexpr double kSameRatio = 0.01;    // of two periods to the half, third ... that they are called
+constexpr double kSameRatio = 0.01;    // two periods' ratio is called a half, third ... within this
 // Plots: shifts of four periods, and 600 periods from a fifth of the taken one to five times it.
 constexpr double kShownPeriods = 4.2, kShownTimes = 5;
 constexpr int kShownSteps = 600, kShownHarmonics = 4;
@@ -47,8 +47,8 @@ std::vector<double> Aliases(double period) {
   return all;
 }
 
-// What is slower than any period that two cycles show - a codec that settles, light that fades - explained away:
-// harmonics of short periods fold back to there.
+// Takes out changes slower than any period that two cycles show (a codec that settles, light that fades): harmonics of
+// short periods fold back to these frequencies.
 Signals WithoutTrend(const Signals& s) {
   const double begin = s.time.minCoeff(), span = s.time.maxCoeff() - begin;
   if (!(span > 0)) return s;
@@ -83,8 +83,8 @@ struct PeriodTask {
   double max_period;        // frames, for fits that are validated on other cycles
 };
 
-// Too few cycles for harmonics, or one that is much better by itself than what repeats faster within it.
-// (A moving camera that comes back to where it was looks the same to a shift.)
+// The estimate from few cycles, where there are too few for harmonics, or where one long cycle explains much more than
+// what repeats faster within it. (A moving camera that comes back to its place makes shifted frames alike, too.)
 std::optional<PeriodEstimate> FewCyclesInstead(const PeriodTask& task, const std::optional<Refined>& taken,
                                                bool moving_camera) {
   if (taken && moving_camera) return std::nullopt;
@@ -171,7 +171,8 @@ void WarnOfAliases(PeriodEstimate& e) {
                   periods));
 }
 
-// With it, or every few of it: what a camera in step explains may have hidden the whole period of the scene.
+// Warns where the camera moves in step with the period, or with a few periods: explaining the camera's movement may
+// then have removed the scene's own, longer period.
 void WarnOfCameraInStep(const Signals& s, const MatrixXd& camera, double span, PeriodEstimate& e) {
   int in_step = 1;
   for (int k = 1; k <= kMostInStep && k * e.period_frames < span; ++k)
@@ -221,7 +222,7 @@ PeriodEstimate CountedPeriod(int a, int b, int periods, const std::vector<double
   const double apart =
       time.empty() ? b - a : time.at(static_cast<std::size_t>(b)) - time.at(static_cast<std::size_t>(a));
   e.period_frames = std::abs(apart) / periods;
-  // Either frame is the best of its neighbours: uniform within half a frame.
+  // Each of the two frames is chosen to the nearest whole frame: its error is uniform within half a frame.
   e.sigma_frames = std::sqrt(2.0 / 12) / periods;
   e.cycles = periods;
   e.explained = 1;

@@ -11,11 +11,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFewestFrames = 8;  // shifts that are tried at least
-constexpr std::size_t kLeastOverlap = 4;  // frames that two copies of the video still share at the longest shift ...
-constexpr std::size_t kOverlapPart = 6;   // ... or this part of it: fewer are alike by chance
-constexpr double kAsAlike = 0.1;          // correlations nearer than this are one: then the shorter shift is the period
-constexpr double kFalls = 0.05;           // that the correlation has to fall again after its peak
+constexpr std::size_t kFewestFrames = 8;   // shifts that are tried at least
+constexpr std::size_t kLeastOverlap = 4;   // frames that two copies of the video still share at the longest shift ...
+constexpr std::size_t kOverlapPart = 6;    // ... or this part of it: fewer are alike by chance
+constexpr double kAsAlike = 0.1;           // correlations nearer than this are equal: the shorter shift counts
+constexpr double kFalls = 0.05;            // that the correlation has to fall again after its peak
 constexpr double kLeastCorrelation = 0.5;  // of the peak: below, noise and slow changes reach it
 constexpr double kLeastRise = 0.3;         // of the peak over the least likeness before it: else all frames are alike
 constexpr Eigen::Index kMostLeftOut = 6;   // that are left out in turn
@@ -32,7 +32,7 @@ double Vertex(double before, double at, double after) {
 struct Shifted {
   double period = 0, correlation = 0;
 };
-// The shortest shift at which the video is as like itself as at any, after it has first become unlike.
+// The shortest shift at which the video resembles itself as well as at any shift, after it has first become unlike.
 std::optional<Shifted> ByShift(const std::vector<double>& rho, std::size_t frames) {
   const std::size_t overlap = std::max<std::size_t>(kLeastOverlap, frames / kOverlapPart);
   if (frames < kFewestFrames + overlap) return std::nullopt;
@@ -48,7 +48,7 @@ std::optional<Shifted> ByShift(const std::vector<double>& rho, std::size_t frame
     }
   for (const std::size_t k : peaks) {
     if (rho[k] < best - kAsAlike) continue;
-    // It is seen to end as well: likeness that grows up to the last shift is no return yet.
+    // The correlation must fall again after the peak: one that grows up to the last shift is no return yet.
     if (*std::min_element(rho.begin() + static_cast<std::ptrdiff_t>(k),
                           rho.begin() + static_cast<std::ptrdiff_t>(last) + 1) > rho[k] - kFalls)
       continue;
@@ -108,9 +108,9 @@ std::vector<double> SelfSimilarity(const Signals& s, Eigen::Index max_shift) {
 
 namespace {
 
-// The standard deviation of a period that is the mean of the frames' own: each has a shift at which a later frame is
-// most like it, as sharp as the difference is bent there. They disagree where times are uneven or the motion slows
-// down.
+// The standard deviation of a period that is the mean of the frames' own periods. For each frame there is a shift at
+// which a later frame resembles it most; the curvature of the difference there tells how sharply. These periods
+// disagree where times are uneven or the motion slows down.
 double Disagreement(const MatrixXd& v, double period) {
   constexpr Eigen::Index kReach = 3;  // frames to both sides: as far as a top belongs to this period
   const auto middle = static_cast<Eigen::Index>(std::lround(period));

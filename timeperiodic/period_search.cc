@@ -36,7 +36,7 @@ constexpr int kFewestLines = 3;       // that speak for a multiple where its fun
 constexpr int kLinesOfMultiple = 4;   // harmonics of the period whose multiples are looked at
 constexpr double kMostEvidence = 50;  // standard deviations of one line that count: no single line outweighs all others
 constexpr double kGround =
-    2;  // cycles over the video: a line must be so far from frequency 0 to have a ground to stand out of
+    2;  // cycles over the video: a line must be so far from frequency 0 to have neighbours to stand out from
 constexpr int kMostMultiples = 3;    // doublings or treblings in a row
 constexpr double kMuchLonger = 1.5;  // a multiple, not the period itself refined
 
@@ -122,8 +122,8 @@ std::size_t Fundamental(const std::vector<Refined>& all, double total, double sp
   return taken;
 }
 
-// A multiple, where lines of the spectrum say so that the period does not have: blades that are nearly alike differ by
-// less than a fit with all of the multiple's harmonics loses to noise.
+// A multiple of the period, where the spectrum has lines that only the multiple explains. (Blades that are nearly alike
+// differ by less than a fit with all of the multiple's harmonics loses to noise.)
 double WithItsLines(const HarmonicFit& fit, double period, int harmonics, double max_period, double total) {
   for (int round = 0; round < kMostMultiples; ++round) {
     const Spectrum rest = SpectrumOf(fit.Rest(period, harmonics), fit.time(), total);
@@ -136,7 +136,7 @@ double WithItsLines(const HarmonicFit& fit, double period, int harmonics, double
       for (int h = 1; h <= kLinesOfMultiple * m; ++h) {
         if (h % m == 0) continue;
         const double f = h / (m * period), folded = std::abs(f - std::round(f));
-        // Too near to nothing, or to a line that is there anyway: no ground to stand out of.
+        // Too near to frequency 0, or to a line that the period has as well: there are no neighbours to stand out from.
         if (folded * fit.span() < kGround) continue;
         const double e = LineEvidence(rest, f, fit.span());
         evidence += std::min(e, kMostEvidence);
@@ -182,7 +182,7 @@ std::vector<Refined> CandidatePeriods(const HarmonicFit& fit, const Signals& s, 
   CheckInterrupted();
   std::vector<Refined> all = Judge(fit, periods, options.min_period, max_period, MostHarmonics(s));
   if (all.empty() || camera.cols() == 0) return all;
-  // What the camera does itself is no period of the scene, where another one is there.
+  // A period of the camera's own movement is not the scene's, where another candidate is.
   std::vector<Refined> scene;
   for (const Refined& r : all)
     if (CameraShare(s, camera, r.period) < kCamerasOwn) scene.push_back(r);

@@ -158,7 +158,7 @@ void FindCommonPeriod(const std::vector<SampledView>& views, SamplingReport& r) 
     for (int q = 1; q < sum; ++q) {
       const int p = sum - q;
       if (p > kLargestRatio || q > kLargestRatio) continue;
-      // After p camera periods the phase has moved on by this, in all over the video by so much.
+      // The drift of the phase over the whole video, where every p camera periods move it by the same small amount.
       const double slip = std::abs(p * ratio - q) * cycles / std::max(1.0, p * ratio);
       if (!(slip < 0.5 / std::max(p, q))) continue;
       r.commensurate = static_cast<double>(q) / p;

@@ -30,7 +30,7 @@ struct SamplingReport {
   double uniformity = 0;
   double covered = 0;       // share of these cells with at least one view
   double half_share = 0;    // most views that any half of the period holds, share: 0.5 is even, 1 all in one half
-  double commensurate = 0;  // p / q of camera to scene period nearest by, where few p, q meet it; else 0
+  double commensurate = 0;  // q / p: p camera periods last about q of the scene, for small p and q; else 0
   int commensurate_p = 0, commensurate_q = 0;
   double camera_period = 0;       // of its strongest oscillation, in the period's unit; 0: it does not oscillate
   std::vector<SamplingGap> gaps;  // largest first

@@ -15,7 +15,7 @@ struct Spectrum {
   std::vector<double> power;
   bool folds = true;
 
-  // At any frequency, where it folds, folded back to where frames show it. 0 beyond what is known.
+  // Power at any frequency; where `folds`, one that frames do not show is folded back. 0 beyond what is known.
   double At(double cycles_per_frame) const;
   // Sum over harmonics 1 ... count of a fundamental.
   double HarmonicSum(double cycles_per_frame, int count) const;

@@ -11,8 +11,8 @@ namespace lumi {
 struct ExecutedStage {
   std::string name;  // "proxy": of its folder, and what is said of it
   Sibling sibling;
-  // What the stage reads and with which options, in words, where the program does not find out by itself that it has
-  // nothing to do: a job that ended while nobody followed it is taken for this run only where they are the same.
+  // What the stage reads and with which options, in words, for a program that does not find out by itself that it has
+  // nothing to do: the result of a job that ended while no run followed it is used only if this text is the same.
   std::string wanted = {};
 };
 

@@ -18,6 +18,7 @@
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
+#include "scene/program/shell_word.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/subprocess.h"
 
@@ -40,13 +41,6 @@ Printed Command(const std::vector<std::string>& argv) {
   options.separate_stdout = true;
   const SubprocessResult r = RunSubprocess(argv, options);
   return {r.exit_code, r.out, r.tail.empty() ? std::string() : r.tail.back()};
-}
-
-// For sh, whatever is in it.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 std::optional<std::string> TextOf(const fs::path& file) {
@@ -104,13 +98,13 @@ struct JobFiles {
 // `ended` is renamed into its place when all else is written; a job that was requeued begins with clean files.
 std::string ScriptOf(const std::vector<std::string>& command, const JobFiles& files) {
   std::string text = "#!/bin/sh\n";
-  text += "cd " + Quoted(files.folder.string()) + " || exit 1\n";
+  text += "cd " + ShellWord(files.folder.string()) + " || exit 1\n";
   text += "rm -f ended ended.part\necho \"$SLURM_JOB_ID\" >id\nhostname >node\nstart=$(date +%s.%N)\n";
-  text += "cd " + Quoted(fs::current_path().string()) + " || exit 1\n";
+  text += "cd " + ShellWord(fs::current_path().string()) + " || exit 1\n";
   text += "LUMI_PROGRESS_PIPE=1";
-  for (const std::string& part : command) text += " " + Quoted(part);
-  text += fmt::format(" >{} 2>{} </dev/null\n", Quoted(files.answer.string()), Quoted(files.lines.string()));
-  text += "code=$?\ncd " + Quoted(files.folder.string()) + "\n";
+  for (const std::string& part : command) text += " " + ShellWord(part);
+  text += fmt::format(" >{} 2>{} </dev/null\n", ShellWord(files.answer.string()), ShellWord(files.lines.string()));
+  text += "code=$?\ncd " + ShellWord(files.folder.string()) + "\n";
   text += "echo \"$start $(date +%s.%N)\" >seconds\necho $code >ended.part\nmv ended.part ended\n";
   return text;
 }
@@ -142,7 +136,7 @@ class SlurmExecutor final : public Executor {
       progress.Message(fmt::format("{}: job {} was submitted by an earlier run, and is followed", stage.name, id));
     const SiblingAnswer answer = ToItsEnd(stage, command, files, id, earlier, progress);
     if (!earlier || !stage.wanted.empty()) return answer;
-    // Its inputs may have changed since it began: the program finds out.
+    // The job's inputs may have changed since it began: the program is run again and finds out.
     id.clear();
     const SiblingAnswer again = ToItsEnd(stage, command, files, id, false, progress);
     return HadNothingToDo(again.summary) ? answer : again;
@@ -162,7 +156,7 @@ class SlurmExecutor final : public Executor {
         if (InterruptRequested())
           progress.Message(fmt::format("{}: job {} goes on; the same command follows it, and scancel {} ends it",
                                        stage.name, id, id));
-        else  // the program was told so where it ran
+        else  // the program was interrupted on its node
           throw MachineError(fmt::format("{}: job {} was ended on its node", stage.name, id),
                              "the same command goes on from there", files.folder);
         throw;
@@ -206,7 +200,7 @@ class SlurmExecutor final : public Executor {
     return std::ranges::find(kFinal, std::string_view(job.state)) != kFinal.end();
   }
 
-  // What an earlier run left is nothing to go on from where it failed, or where it may be of other inputs.
+  // Removes what an earlier run left where that run failed, or where it may have had other inputs.
   static void Forget(const ExecutedStage& stage, const JobFiles& files) {
     const auto ended = TextOf(files.ended);
     if (!ended || (FirstLine(*ended) == "0" && !stage.wanted.empty())) return;
@@ -216,7 +210,8 @@ class SlurmExecutor final : public Executor {
 
   static std::string NameOf(const JobFiles& files) { return "lumi-" + files.folder.filename().string(); }
 
-  // The job that these files are of; where this program ended between submitting it and noting so, by its name.
+  // The id of the job that these files belong to; found by the job's name where an earlier run ended after it submitted
+  // the job and before it wrote the id.
   static std::string JobOf(const JobFiles& files) {
     if (const auto id = TextOf(files.id)) return FirstLine(*id);
     if (!TextOf(files.script)) return {};
@@ -253,15 +248,15 @@ class SlurmExecutor final : public Executor {
     return id;
   }
 
-  // Its answer; nullopt: the job was lost with its node. Throws what the program failed with.
-  // earlier: submitted by another run; if it came to no good end since, that is none of this run's.
+  // The job's answer; nullopt: the job was lost with its node. Throws what the program failed with. earlier: the job
+  // was submitted by another run; if it is gone without an answer, that is not an error of this run, and nullopt too.
   std::optional<SiblingAnswer> Follow(const ExecutedStage& stage, const std::string& id, const JobFiles& files,
                                       bool earlier, ProgressSink& progress) {
     SiblingOutput output(stage.sibling, progress);
     NewLines lines(files.lines);
     Stopwatch looked;
     const Stopwatch followed;
-    double gone_at = -1, silent_at = -1;  // on that watch; < 0: it is not
+    double gone_at = -1, silent_at = -1;  // since when, by `followed`; < 0: neither gone nor silent
     double pause = std::min(kFirstPauseSeconds, options_.poll_seconds);
     std::error_code ignored;
     std::string waiting;
@@ -279,7 +274,7 @@ class SlurmExecutor final : public Executor {
         const JobState job = JobStateFrom(p.out);
         const bool unknown = p.code != 0 && p.said.find("Invalid job id") != std::string::npos;
         if (p.code != 0 && !unknown) {
-          // A controller that is restarted: jobs go on without it.
+          // The controller may be restarting: jobs go on without it.
           if (silent_at < 0) silent_at = followed.Seconds();
           if (followed.Seconds() - silent_at > kControllerSeconds)
             throw MachineError(fmt::format("{}: Slurm's controller does not answer: {}", stage.name, p.said),
@@ -289,14 +284,14 @@ class SlurmExecutor final : public Executor {
           const bool alive = !unknown && !HasEnded(job);
           if (alive) {
             gone_at = -1;
-            // A job that is requeued after its node was lost waits two minutes for nothing.
+            // Slurm holds a job back for two minutes when it requeues it after a lost node; that wait has no use here.
             if (job.state == "PENDING" && job.reason == "BeginTime" && job.restarts > 0)
               Command({"scontrol", "update", "JobId=" + id, "StartTime=now"});
             if (job.state == "PENDING" && job.reason != waiting)
               progress.Message(fmt::format("{}: job {} waits ({})", stage.name, id, waiting = job.reason));
           } else {
             if (gone_at < 0) gone_at = followed.Seconds();
-            // Only a script that came to its end has an answer that may be late.
+            // Only a script that ran to its end has an answer, which may appear late.
             const bool may_come = job.state == "COMPLETED" || job.state == "FAILED";
             if (followed.Seconds() - gone_at > (may_come ? 1 : kShare) * options_.late_seconds) {
               if (!earlier) RequireNodeLost(stage, id, job, files);
@@ -310,7 +305,7 @@ class SlurmExecutor final : public Executor {
     }
   }
 
-  // A job without an answer: ended by somebody, or lost.
+  // Throws for a job without an answer that somebody or something ended; returns where its node was lost.
   static void RequireNodeLost(const ExecutedStage& stage, const std::string& id, const JobState& job,
                               const JobFiles& files) {
     const auto fail = [&](const std::string& what, const std::string& hint) {

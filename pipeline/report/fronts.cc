@@ -16,7 +16,7 @@ namespace {
 
 using Value = std::optional<double>;
 
-// What the tables of all stages have of these; a table has some.
+// Columns that are read of the stages' tables; each table has some of them.
 struct FrontRow {
   std::string name, method, dial, value;
   Value minutes, seconds, faces, ms;
@@ -64,14 +64,14 @@ const std::vector<Stage>& Stages() {
   const Stage::Accuracy held_out{&Row::psnr_holdout_db, "held-out PSNR, dB"},
       iou{&Row::iou_median, "silhouettes (IoU)"};
   static const std::vector<Stage> all{
-      // Of the folder whose scenes are the qualities.
+      // In the folder above, whose scenes are the qualities.
       {"../tradeoff/pipeline",
        "The whole pipeline",
        Marked::kThisScene,
        &Row::minutes,
        "minutes",
        {{&Row::choosing_db, "PSNR of the choosing fold, dB"}, {&Row::psnr_db, "held-out PSNR, dB"}}},
-      // Of the film that the scene is a window of.
+      // In the folder of the film that the scene is a window of.
       {"../../tradeoff",
        "Stabilising",
        Marked::kAsGiven,

@@ -30,7 +30,7 @@ constexpr std::size_t kMaxMissingRows = 200;
 constexpr std::size_t kMaxGaps = 12;
 constexpr std::size_t kMaxStandingRows = 12;
 
-// As it says itself; defaults where there was no such stage.
+// The stage's own summary; defaults where there was no such stage.
 template <typename Summary>
 Summary SummaryOf(const ReportInput& input, const std::string& name) {
   for (const StageResult& stage : input.stages)

@@ -74,7 +74,7 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                            const std::vector<std::string>& given, bool turned) {
         for (std::size_t i = 0; i < given.size(); ++i) {
           if (turned && given[i] == dial.option)
-            ++i;  // its value: the dial's counts
+            ++i;  // skips the option's value: the dial's own is appended
           else
             arguments.push_back(given[i]);
         }

@@ -34,7 +34,7 @@ constexpr int kSmoothWindow = 240, kShotWindow = 600;   // frames reconstructed 
 constexpr double kOverlap_s = 3, kMostOverlap = 0.375;  // of two windows, and of a window's frames: a low-pass of 0.3
                                                         // Hz knows its way a second from its ends
 
-// They run one after the other: never more at once than this.
+// The programs run one after another, so that memory never exceeds this sum.
 double PeakMemoryMb() {
   double sum = 0;
   for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -161,12 +161,12 @@ class StabilizeRun {
 
   int FramesExpected() const { return static_cast<int>(facts_.time_s.size()); }
   int WindowFrames() const {
-    // What fits into one window has no seam, and its whole path is free.
+    // A film that fits into one window has no seam, and its whole path is free.
     const int usual = o_.model == "smooth" && FramesExpected() > kShotWindow ? kSmoothWindow : kShotWindow;
     return o_.window_frames > 0 ? o_.window_frames : usual;
   }
   int MostOverlap() const { return static_cast<int>(kMostOverlap * WindowFrames()); }
-  // Of a window that ends with frame `last` and the next one.
+  // How many frames a window that ends with frame `last` shares with the next one.
   int OverlapAt(int last) const {
     return std::max(2, std::min(FramesWithin(time_s_, last, kOverlap_s, 1 / facts_.fps), MostOverlap()));
   }
@@ -175,7 +175,7 @@ class StabilizeRun {
     FilmFrames film(o_.input, facts_.clock);
     int length = WindowFrames();
     if (FramesExpected() > length) {
-      // As many windows, of one length: a short last one would know little.
+      // The same number of windows, but of one length: a short last window would see too few frames.
       const int overlap = std::max(2, std::min(static_cast<int>(std::lround(kOverlap_s * facts_.fps)), MostOverlap()));
       const int more = FramesExpected() - overlap;
       expected_windows_ = (more + length - overlap - 1) / (length - overlap);
@@ -266,8 +266,8 @@ class StabilizeRun {
     WriteTextAtomically(record, JsonKeys(WindowRecord{key, window}).Text(1) + "\n");
   }
 
-  // A later window may be what the model, or any going on from the one before, cannot be had of (an arc too short,
-  // nothing to be seen): that is no reason to lose the film.
+  // A later window may not allow the model, or any path that continues the one before (an arc too short, nothing to be
+  // seen). It then gets a smooth path, not joined if necessary, so that the film is made all the same.
   void FindPath(Window& window, bool goes_on, int number) {
     struct Way {
       std::string model;
@@ -306,7 +306,8 @@ class StabilizeRun {
 
   void ChooseCrop() {
     if (o_.border == "fill") return;
-    // Of the frames that each window renders: at its ends it knows fewer frames that could fill a picture.
+    // Only of the frames that each window renders: beyond them, at its ends, it has fewer frames that could fill a
+    // picture.
     for (std::size_t i = 0; i < windows_.size(); ++i) {
       if (windows_[i].alone) continue;
       const auto [first, last] = Rendered(i);

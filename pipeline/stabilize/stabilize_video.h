@@ -48,7 +48,7 @@ struct StabilizedWindow {
   int first = 0, last = 0;  // frames that it renders, inclusive
   int begin = 0, end = 0;   // frames that it was reconstructed from, inclusive
   std::string structure;    // points, homographies, none (a shot of one frame)
-  std::string model;        // of its path: a later window that the one asked for cannot be had of is smooth
+  std::string model;        // of its path: "smooth" for a later window that does not allow the model asked for
   double view_scale = 1, shake_before_px = 0, shake_after_px = 0, seconds = 0;
   int followed_frames = 0;
   bool cut = false;  // a cut ends it

@@ -83,9 +83,9 @@ struct Workspace {
   std::vector<ProxyPoint> points;
 };
 
-// The side that the photos have above, on average; those more than 60 degrees from it do not count. It leans from
-// against gravity towards where all photos look down from, and the floor with it: away from the cameras it falls below
-// what stands there. A level floor comes out just below a table's top and cuts into it.
+// The mean of the photos' up directions, without those more than 60 degrees from it. It leans from the vertical towards
+// the side that all photos look down from, and the floor with it: away from the cameras the floor falls below what
+// stands there. A level floor comes out just below a table's top and cuts into it.
 Eigen::Vector3d MeanPhotoUp(const Scene& scene) {
   const auto mean = [&](const Eigen::Vector3d& around, double least_cosine) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();

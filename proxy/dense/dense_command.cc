@@ -17,7 +17,8 @@ namespace lumi {
 namespace {
 namespace fs = std::filesystem;
 
-// Of another tool's maps, photos that may agree: more than stereo compares with, since nothing is computed but this.
+// For another tool's maps: how many photos may agree with one. More than stereo compares with, since agreement is all
+// that is computed.
 constexpr std::size_t kMostPartners = 10;
 
 void CheckDense(const DenseRequest& r) {
@@ -28,7 +29,8 @@ void CheckDense(const DenseRequest& r) {
     throw InputError(r.from_depth, "has no folder depth_maps", "give the folder stereo of a dense workspace");
 }
 
-// Where maps wait: in the scene, so that a run that was killed goes on; for another tool's scene in a folder that goes.
+// Where maps are kept: in the scene, so that a run that was killed goes on; for another tool's scene in a temporary
+// folder.
 std::string MapsFolderName(int leave_out, bool keep_choosing_fold = false) {
   if (leave_out == 0) return "planes";
   return fmt::format("planes-without-{}{}", leave_out, keep_choosing_fold ? "-reported" : "");
@@ -136,7 +138,7 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& given
                                       DenseSummary& f = figures.emplace();
                                       Mesh mesh =
                                           MakeDense(scene, request, folder / MapsFolderName(target), progress, f);
-                                      // Those were left out by the user's word.
+                                      // Photos that the user left out are not named as lacking a map.
                                       if (target.leave_out != 0)
                                         for (std::size_t v = 0; const bool keep : KnownPhotos(target, opened)) {
                                           if (!keep) std::erase(f.stereo.without, opened.views[v].name);

@@ -10,7 +10,7 @@
 
 namespace lumi {
 
-// A closed surface around a scene with everything in it: fewer are a caricature.
+// A closed surface around a scene and everything in it needs at least this many faces to resemble it.
 constexpr int kFewestFaces = 1000;
 
 std::string Validate(const DenseOptions& o) {

@@ -26,8 +26,8 @@ class DepthStore {
 
   // Whether the map of a photo after a round (0 ...) is there, or of a later one.
   bool Done(const std::string& photo, int round, int rounds) const;
-  // Removes all maps unless they are what a run leaves that ended or was killed: a round of all photos, and of some the
-  // next one.
+  // Removes all maps, unless they are what a finished or killed run leaves: one round's maps of all photos, and the
+  // next round's maps of some.
   void ForgetUnlessWhole(const std::vector<std::string>& photos, int rounds);
   std::shared_ptr<const DepthMap> Load(const std::string& photo, int round);
   void Store(const std::string& photo, int round, DepthMap map);

@@ -128,7 +128,7 @@ std::vector<ProxyPoint> FuseDepths(const FusionInput& input, const FusionOptions
     }
     const DepthMap& map = *reference.map;
     if (taken[v].empty()) taken[v].resize(map.Pixels());
-    // Marks go to other photos than this one, and are the same whoever sets them first: rows in any order.
+    // Rows may run in any order: they mark pixels of other photos only, and a mark is the same whichever row sets it.
     std::vector<std::vector<ProxyPoint>> rows(static_cast<std::size_t>(map.height));
     ParallelEach(rows.size(), 8, [&](std::size_t y) {
       std::vector<std::pair<std::size_t, std::size_t>> seen;

@@ -63,7 +63,7 @@ LUMI_KERNEL void GeometricErrors(const PatchBatch& at, const PlaneBatch& planes,
     const float z = to.a[6] * x + to.a[7] * y + to.a[8] + w * to.b[2], inverse = 1 / z;
     const float u = (to.a[0] * x + to.a[1] * y + to.a[2] + w * to.b[0]) * inverse;
     const float v = (to.a[3] * x + to.a[4] * y + to.a[5] + w * to.b[1]) * inverse;
-    // The smaller bound first: what is no number becomes it.
+    // The lower bound is the first argument of max, so that NaN becomes it.
     const float mu = std::min(std::max(0.0F, u * sx), right - 1), mv = std::min(std::max(0.0F, v * sy), bottom - 1);
     const auto i = static_cast<std::int32_t>(mu), j = static_cast<std::int32_t>(mv);
     const std::int32_t m = PackedPlanes::kNumbers * (j * stride + i);
@@ -284,7 +284,7 @@ class Matcher {
     }
     for (std::size_t l = 0; l < kLanes; ++l) {
       if (sum[l] > 0) continue;
-      // Nobody is to be trusted: whoever matches the pixel's own plane best.
+      // No source is reliable: the one that matches the pixel's own plane best is taken.
       std::size_t best = 0;
       for (std::size_t s = 1; s < sources_.size(); ++s)
         if (batch.cost[0][s][l] < batch.cost[0][best][l]) best = s;

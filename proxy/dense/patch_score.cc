@@ -111,7 +111,8 @@ void MakePatches(const Image8& grey, const int x[kLanes], int y, PatchBatch& out
 
 namespace {
 
-// Within [0, high], or a hair above 0, which keeps it one instruction; what is no number becomes that.
+// Clamped to [0, high], where the lower bound is a hair above 0, which keeps it one instruction; NaN becomes the lower
+// bound.
 template <class V>
 LUMI_INLINE V Clamped(V x, float high) {
   const V least = V{} + std::numeric_limits<float>::min(), most = V{} + high;

@@ -100,7 +100,7 @@ RayAgreement Follow(const AgreementRay& ray, const std::vector<SilhouetteCone>& 
     }
     return most;
   };
-  // What is far from one view's content is so for the next few points.
+  // A point far from one view's silhouette stays far from it for the next few points of the ray, which are skipped.
   for (int s = 0; s < ray.steps && result.needed_px > kSparedDilationPx;)
     s += std::max(1, static_cast<int>((visit(s) - cap) / kSteepestPx));
   const double middle = best_at;

@@ -62,7 +62,7 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
   RayResults results = NoResults(rays);
   for (;;) {
     options.go_on();
-    // What is covered stays covered without the views left out since.
+    // A ray that was covered stays covered when views are left out, and is not asked again.
     FollowAll(rays, cones, agreement.used, options.max_dilation_px, progress, results);
 
     std::map<std::size_t, double> blame;
@@ -84,7 +84,8 @@ Agreement FindAgreement(const std::vector<std::vector<AgreementRay>>& rays, cons
     if (blame.empty() || agreement.used.size() <= 2 || agreement.used.size() < options.fewest_used) return agreement;
     double most = 0;
     for (const auto& [v, b] : blame) most = std::max(most, b);
-    // Together with the worst those that are as bad, a twentieth of the views at most: each round asks every ray again.
+    // The worst view is left out together with those as bad, a twentieth of the views at most, since each round asks
+    // every ray again.
     std::vector<Disagreement> worst;
     for (const auto& [v, b] : blame)
       if (b >= 0.7 * most) worst.push_back({v, b, own[v]});

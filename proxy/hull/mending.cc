@@ -17,7 +17,7 @@ constexpr double kLeastRadius = 1.5;  // of a mend, in pixels: the four pixels a
 
 constexpr float kMendReachPx = 8;  // from the silhouette, beyond the point where a ray is blocked least
 constexpr double kClosePx = 3;     // gaps between mends: about twice as wide
-constexpr double kNoHole = 0.1;    // of a hole: where so much has to be mended, it is none
+constexpr double kNoHole = 0.1;    // share of a hole that is mended: beyond it, the whole hole is filled
 
 // A pixel of `view` that no point of space explains.
 struct Conflict {
@@ -59,7 +59,7 @@ class Settling {
       if (own_[v] + blame_[v] > 0 && (top == carving_.views.size() || own_[v] + blame_[v] > own_[top] + blame_[top]))
         top = v;
     if (top == carving_.views.size()) return false;
-    // Together with the worst those that are as bad.
+    // The worst view is treated together with those that are as bad.
     const auto as_bad = [&](std::size_t v) {
       return v == top || (blame_[v] >= own_[v] && blame_[v] >= kAsBad * blame_[top]);
     };
@@ -73,7 +73,7 @@ class Settling {
       if (MendFor([&](const Conflict&, std::size_t blocker) { return as_bad(blocker); })) return true;
       if (MendFor([&](const Conflict&, std::size_t blocker) { return blocker == top; }) || LeaveOut(top)) return true;
     } else {
-      // It shows what others do not.
+      // The view shows what others do not: these are mended if that is little; else the view is left out.
       const bool little = own_[top] <= options_.max_excess;
       if (little && MendFor([&](const Conflict& c, std::size_t) { return c.view == top; })) return true;
       if (LeaveOut(top)) return true;
@@ -88,7 +88,7 @@ class Settling {
     return std::ranges::find(c.found.blockers, static_cast<std::int32_t>(view)) != c.found.blockers.end();
   }
 
-  // Asks those again that are stale and for which `which` holds; false: there are none.
+  // Follows those conflicts again that are stale and for which `which` holds; false: there are none.
   template <class Which>
   bool Refresh(Which which) {
     const std::vector<std::int32_t> order = SpreadOrder(carving_.agreement.used);
@@ -144,7 +144,7 @@ class Settling {
         if (s != c.found.blocked_at && (!(d > cap) || d > farthest || !only_they_block(x))) break;
         const auto at = Project(carving_.views[blocker].P, Eigen::Vector3d(carving_.origin + carving_.unit * x));
         if (!at) break;
-        // What lies beyond the image's side opens it there.
+        // A point beyond the image's side is mended at that side, which opens the silhouette there.
         const Mend mend{std::clamp(at->x(), 0.5, mask.width - 0.5), std::clamp(at->y(), 0.5, mask.height - 0.5), radius,
                         c.view};
         if (mends.empty() || std::hypot(mends.back().u - mend.u, mends.back().v - mend.v) > 0.5) mends.push_back(mend);
@@ -196,7 +196,7 @@ class Settling {
     carving_.agreement.used.erase(std::ranges::find(carving_.agreement.used, view));
     carving_.agreement.left_out.push_back({view, blame_[view], own_[view]});
     std::erase_if(conflicts_, [&](const Conflict& c) { return c.view == view; });
-    // What others were mended by for its sake is taken back.
+    // Mends that were made in other silhouettes for its sake are undone.
     for (std::size_t v = 0; v < carving_.views.size(); ++v) {
       if (std::erase_if(carving_.mends[v], [&](const Mend& m) { return m.by == view; }) == 0) continue;
       Recut(v, Mended(carving_.views[v].mask, carving_.mends[v]));

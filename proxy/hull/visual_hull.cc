@@ -108,7 +108,7 @@ void FindObject(const std::optional<Eigen::Vector3d>& near, Carving& carving) {
 }
 
 // The parts of more than `share` of the largest part's volume. 0: all but enclosed pockets, whose faces look inwards,
-// to nowhere that a camera is; only a sampled hull has any.
+// where no camera is; only sampled hulls have any.
 Mesh KeepParts(const Mesh& mesh, double share) {
   DisjointSets parts(mesh.vertices.size());
   for (const auto& f : mesh.faces)
@@ -169,7 +169,7 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
         most = std::max(most, cones[c]->Distance(x));
     else
       for (const SilhouetteCone* c : cones) most = std::max(most, c->Distance(x));
-    if (all_cut) {  // what is in no view's frame is no view's business
+    if (all_cut) {  // each silhouette touches its image's side: points in no view's frame count as outside
       float frame = SilhouetteCone::kBehind;
       for (const SilhouetteCone* c : cones) frame = std::min(frame, c->FrameDistance(x));
       most = std::max(most, frame);
@@ -203,8 +203,8 @@ std::optional<Contoured> ContourHull(const std::vector<const SilhouetteCone*>& c
   return std::nullopt;
 }
 
-// Where the object may be, before it is known who is wrong. A fifth of the views may be and still not hide it; with
-// more wrong, more.
+// Where the object may be, before it is known which views are wrong. Up to a fifth of the views may carve it away;
+// where that leaves nothing, more may.
 Box RoughBox(const std::vector<SilhouetteCone>& cones, const Box& start, double dilation_px) {
   std::vector<const SilhouetteCone*> all;
   for (const SilhouetteCone& c : cones) all.push_back(&c);

@@ -35,7 +35,7 @@ struct HullOptions {
   bool keep_all_views = false;        // leave none out
   // Of the views: where more would have to be left out the silhouettes are refused, before any fine hull is built.
   double max_left_out = 0.5;
-  double max_minutes = 5;  // then given up, asked between steps; 0: never. Decides whether there is a hull, not which
+  double max_minutes = 5;  // after these the hull is given up, between two steps; 0: no limit. Changes no hull
   double max_mended =
       0.05;  // of a silhouette's pixels that may be added where it alone, or nearly, carves what others show; 0: none
   double min_coverage = 0.995;  // of each silhouette that is used

@@ -251,8 +251,8 @@ IcpResult AlignByIcp(const Mesh& mesh, const std::vector<Eigen::Vector3d>& point
     return none;
   }
   Aligner aligner(mesh, points, options);
-  // A fit of nearly all points is one. Else it may be that of a large plane, with the rest let go: other sizes are
-  // tried, and place and size from where mesh and points are.
+  // A fit of nearly all points is right. With fewer, it may be the fit of one large plane, with the rest let go: other
+  // sizes are tried, and place and size from where mesh and points are.
   constexpr double kNearlyAll = 0.85;
   const auto score = [](const IcpResult& r) {
     return r.converged ? (r.rms_of_diagonal * r.rms_of_diagonal + kExact * kExact) / std::pow(r.overlap, 6)

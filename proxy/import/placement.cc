@@ -77,8 +77,8 @@ Eigen::Matrix3d AxesFromText(const std::string& text, const Eigen::Vector3d& sce
     const auto up = AxisFromText(std::string_view(text).substr(0, text.size() - 3));
     if (!up) throw wrong();
     const Eigen::Vector3d to = scene_up.normalized();
-    // Straight opposite, every axis of the turn is as short: about x, as between OpenGL's frames and those of computer
-    // vision.
+    // For opposite directions, a half turn about any perpendicular axis is the shortest: it is made about x, as between
+    // OpenGL's frames and those of computer vision.
     constexpr double kOpposite = -1 + 1e-12;
     if (up->dot(to) < kOpposite) {
       const Eigen::Vector3d axis = std::abs(up->x()) > 0.5 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();

@@ -353,7 +353,8 @@ void KeepWhatHidesNothing(const std::array<Vector3d, 3>& corners, int level, con
     if (!hides) return keep();
     size = (high - low).maxCoeff();
   }
-  // What is dropped then lies within a sample of one that is hidden, and there the surface is.
+  // Cut down to about a sample: a part that is dropped then lies within a sample of one that it hides, and there the
+  // surface is.
   constexpr int kFinest = 10;
   if (level < kFinest && size > 0.7) {
     const std::array<Vector3d, 3> middle{0.5 * (corners[0] + corners[1]), 0.5 * (corners[1] + corners[2]),

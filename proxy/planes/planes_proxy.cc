@@ -324,7 +324,8 @@ Frusta FrustaOf(const Scene& scene, const std::vector<ProxyView>& views, const E
   return frusta;
 }
 
-// One after the other; then those that are one are merged, and those that cameras look through are dropped.
+// Planes are found one after the other; then planes that one plane explains are merged, and planes that cameras look
+// through are dropped.
 std::vector<FittedPlane> FindPlanes(const Cloud3& cloud, const std::vector<ProxyPoint>& points,
                                     const std::vector<Eigen::Vector3d>& camera, const Frusta& frusta,
                                     const PlanesOptions& options) {

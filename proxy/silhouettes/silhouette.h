@@ -13,7 +13,7 @@ namespace lumi {
 Image8 SilhouetteFromMask(const Image8& mask);
 // Object where alpha is 128 or more. Throws std::invalid_argument without an alpha channel.
 Image8 SilhouetteFromAlpha(const Image8& rgba);
-// Does any pixel of it let something through?
+// Whether any pixel is not fully opaque.
 bool HasAlpha(const Image8& rgba);
 // Object where a pixel's colour is farther than `threshold` (Euclidean, 0..441) from the background's: a photo of the
 // same size, or one colour. The border's own median colour stands for an unknown background of one colour.
@@ -21,7 +21,7 @@ Image8 SilhouetteFromBackground(const Image8& photo, const Image8& background, d
 Image8 SilhouetteFromBackground(const Image8& photo, const std::array<double, 3>& rgb, double threshold);
 std::array<double, 3> BorderColour(const Image8& photo);
 
-// Removes what is no shape: after a rule has judged each pixel by itself.
+// For silhouettes whose pixels a rule has judged one by one: removes what no object's outline has.
 struct CleanOptions {
   double close_px = 0;       // gaps up to about twice this wide are bridged, 0..100: dilated by it, then eroded
   double grow_px = 0;        // widened by this, or narrowed where negative, -100..100

@@ -114,7 +114,7 @@ std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const Silhouett
       steps.Step();
     }
   };
-  // GrabCut draws from one sequence of random numbers.
+  // One photo after the other: GrabCut draws from one sequence of random numbers.
   if (source.box_px)
     work(0, scene.views.size());
   else

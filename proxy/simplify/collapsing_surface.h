@@ -1,5 +1,5 @@
-// A closed surface whose edges are collapsed one by one: who is beside whom, the planes of the faces, and what the
-// surface's shape allows. Which edge goes, and where its ends become one, is up to who derives from it.
+// A closed surface whose edges are collapsed one by one: neighbours of vertices, the planes of the faces, and what the
+// surface's shape allows. The derived class decides which edge goes, and where its ends become one.
 #pragma once
 
 #include <Eigen/Core>

@@ -36,7 +36,7 @@ EnclosedSurface::EnclosedSurface(std::vector<Vector3d> vertices, std::vector<std
   Eigen::AlignedBox3d box;
   for (const Vector3d& v : vertices_) box.extend(v);
   low_ = box.min();
-  // A surface fills about as many cells of a grid as there are in two of its sides.
+  // A surface passes through about n^2 cells of a grid of n^3.
   cell_ = std::max(1e-9, box.sizes().maxCoeff() / std::sqrt(kCellsPerFace * static_cast<double>(faces_.size()) / 4));
   for (int a = 0; a < 3; ++a)
     cells_[static_cast<std::size_t>(a)] = static_cast<std::size_t>(box.sizes()[a] / cell_) + 1;

@@ -65,7 +65,7 @@ struct Candidate {
   double cost;
   std::int32_t a, b;
   std::uint32_t time;  // of its evaluation, in collapses
-  // The cheapest first; ties by index, so that the order is nobody's accident.
+  // The cheapest first; ties by index, so that the order is always the same.
   bool operator<(const Candidate& o) const { return cost != o.cost ? cost > o.cost : a != o.a ? a > o.a : b > o.b; }
 };
 
@@ -157,8 +157,8 @@ class HullCollapser : private CollapsingSurface {
     Rebuild();
   }
 
-  // Whether what was to stay enclosed still is: points of it, a little within, around which the surface must wind. What
-  // holds vertices back goes by tolerances; this does not, and costs little.
+  // Whether what was to stay enclosed still is: the surface must wind around points of it, a little within. The rules
+  // that hold vertices back rely on tolerances; this test does not, and costs little.
   bool StillEncloses() const {
     if (!enclosed_) return true;
     // A surface folded over itself winds backwards around what lies in the fold: less volume, or vertices far off.
@@ -267,7 +267,7 @@ class HullCollapser : private CollapsingSurface {
 
     std::vector<HalfSpace> constraints;
     std::vector<Vector3d> obstacles;
-    // In its old plane every face keeps a part of its height: linear, and none can turn over.
+    // In its old plane every face must keep a part of its height: a linear constraint, under which no face turns over.
     for (const FanSide& s : fan) {
       const Vector3d inwards = s.normal.cross(s.q - s.p);
       const double length = inwards.norm();
@@ -462,7 +462,7 @@ class HullCollapser : private CollapsingSurface {
 
 namespace {
 
-// nullopt: something was left outside, as a check says that does not depend on how places are found.
+// nullopt: something was left outside, by a check that is independent of how places are found.
 std::optional<std::vector<KeptHull>> TryToKeepHull(const Mesh& mesh, const std::vector<std::size_t>& faces,
                                                    bool tighten, ProgressSink& progress, ProgressiveHullSummary& s) {
   const Stopwatch watch;

@@ -29,7 +29,7 @@ constexpr std::size_t kFacesPerLeast = 4;
 constexpr double kCoarsestGap = 60;
 constexpr double kWrapFacesPerFace = 4;
 constexpr double kQuadricGap = 100;
-// With fewer faces it is a body of few sides, and a wrap has more.
+// A mesh with fewer faces is a body of few sides, whose wrap would have more faces.
 constexpr std::size_t kLeastWrapped = 2000;
 // The wrap's offset, of alpha: half of it is more faces and time for a hundredth of volume.
 constexpr double kOffsetPerGap = 0.05;
@@ -127,7 +127,7 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
     std::vector<KeptHull> made = KeepHull(from, wanted, progress, &summary);
     const bool all = std::ranges::all_of(made, [](const KeptHull& hull) { return hull.reached; });
     if (!wrapped && (!all || summary.fell_back) && mesh.faces.size() >= kLeastWrapped) {
-      // It holds on to its faces, or runs through itself: a wrap does neither.
+      // The simplified mesh keeps too many faces, or runs through itself: a wrap does neither.
       wrapped = true;
       const double gap = size / kCoarsestGap;
       wrap = MakeManifold(TightWrap(mesh, gap, kOffsetPerGap * gap));

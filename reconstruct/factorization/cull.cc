@@ -8,7 +8,7 @@
 namespace lumi {
 namespace {
 
-// Two views leave a quarter of the noise to be seen; estimates from less are not worth more.
+// With two views, noise leaves a quarter of its variance in the residuals; a smaller share is not trusted.
 constexpr double kLeastRedundancy = 0.1;
 // The median length of a two-dimensional Gaussian vector, in standard deviations of a coordinate.
 const double kMedianOfRayleigh = std::sqrt(2 * std::log(2.0));
@@ -19,7 +19,8 @@ CullResult Cull(const ImagePoints& points, ProjectiveModel& model, const CullOpt
   CullResult result;
   const std::vector<double> errors = InlierErrorsPx(points, model);
   if (errors.empty()) return result;
-  // Cameras and points follow the noise: the fewer sights a number has, the smaller the errors that are left of it.
+  // Cameras and points adapt to the noise: the fewer sights there are for each parameter, the smaller the remaining
+  // errors.
   const double numbers = 3.0 * model.SolvedCount() + 11.0 * model.PlacedCount() - 15.0,
                measured = 2.0 * static_cast<double>(errors.size());
   const double left = std::max(1 - numbers / measured, kLeastRedundancy);

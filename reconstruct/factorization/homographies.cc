@@ -212,7 +212,7 @@ std::optional<TurnedImage> Turned(const RowMajor3d& G, const Eigen::Vector3d& d,
 }
 
 // Each frame against the points as they are, each point against the frames as they are: both in parallel, both exact
-// minima of their own, so that in the end every frame and point is as all its sights want it and not only the keys'.
+// minima of their own, so that in the end every frame and point fits all of its sights, not only those in keyframes.
 void AdjustFrames(TurnedFrames& turned, const std::vector<char>& which) {
   auto& [tracks, options, units, frames, G, d, solved] = turned;
   ParallelEach(frames.size(), 4, [&](std::size_t f) {
@@ -412,7 +412,7 @@ FactorizationResult ReconstructByHomographies(const Tracks& tracks, const Homogr
   ChainFrames(turned, result.missing, progress);
   Intersect(turned);
   AdjustInTurns(turned);
-  // Whatever the sign of what was found: in front is where the sights are.
+  // Whatever sign was found: the sights must lie in front.
   for (std::size_t f = 0; f < turned.frames.size(); ++f) {
     int front = 0;
     for (const FrameSight& s : turned.frames[f])

@@ -102,7 +102,7 @@ bool IntersectTrack(const ImagePoints& points, ProjectiveModel& model, std::size
   model.solved[track] = 0;
   int count = consensus.InlierCount();
   if (count < std::max(2, options.min_inliers)) return false;
-  // What agrees is fitted, and asked again who agrees.
+  // The point is fitted to the sights that agree, and then the sights that agree with it are determined again.
   for (int again = 0, before = -1; again < 2 && count != before; ++again) {
     before = count;
     consensus.Offer(RefinePoint(views, consensus.Inliers(), consensus.best()));

@@ -14,9 +14,9 @@ struct BundleOptions {
   double scale_px = 1.0;  // of the loss
   int max_iterations = 30;
   double tolerance = 1e-6;  // stops where the cost falls by less than this part in a step
-  // Frames: a track that lasts longer counts as several points, one after the other, so that a camera has to do with
-  // its neighbours only and a step costs as many times more as there are frames. What lasts long then no longer holds
-  // the ends of a long video together: for the way there, not for the end. 0: no limit.
+  // Frames: a track that lasts longer counts as several points, one after the other, so that a camera depends on its
+  // neighbours only and the cost of a step grows linearly with the frames. Long tracks then no longer tie the ends of a
+  // long video together, so this is for intermediate adjustments, not for the last. 0: no limit.
   int max_span = 0;
   std::vector<char> whole;  // one a track: those that are not cut all the same; empty: none
 };

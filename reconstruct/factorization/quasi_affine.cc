@@ -192,8 +192,8 @@ QuasiAffine SolveQuasiAffine(const ImagePoints& points, ProjectiveModel& model) 
   result.margin = first.margin;
   Apply(model, ToInfinity(model, first.plane, result.mirrored ? -1 : 1));
   GrowMargin(model, result.margin);
-  // Points whose depth their sights hardly tell may stand anywhere along them, and two of a thousand then hold the
-  // plane close to all others. Where a few, the farthest, are what keeps it there, they are no part of the model.
+  // Points whose sights hardly determine their depth may lie anywhere along their rays, and two of a thousand can then
+  // hold the plane close to all others. If only the few farthest points keep it there, they are left out of the model.
   ProjectiveModel without = WithoutFarthest(model);
   const auto with = FarthestPlane(model, 1), next = FarthestPlane(without, 1);  // in one frame: they compare
   if (with && next && next->margin > kClearGain * with->margin) {

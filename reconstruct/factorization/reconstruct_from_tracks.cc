@@ -24,7 +24,8 @@ constexpr double kLeastSigmaPx = 0.25;  // the first adjustment's: the noise is 
 constexpr int kFewestSights = 8;        // of a frame that counts as placed
 constexpr int kFewTracks = 12;          // of a frame: the reason why it is not
 
-// All frames at once, twice; between, what no window could place or solve sees the whole.
+// Adjusts all frames at once, twice; in between, frames and tracks that no window could place or solve are tried
+// against the whole model.
 void AdjustWhole(const ImagePoints& points, ProjectiveModel& model, const std::vector<char>& keys,
                  const FactorizationOptions& options, FactorizationResult& result, ProgressSink& sink) {
   Progress progress(sink, "projective adjustment", options.adjust ? 3 : 1);

@@ -21,8 +21,8 @@ struct SolvedWindows {
   std::vector<char> keys;  // one a frame: those of windows that left frames out; empty: none is left out
 };
 
-// Side by side; the same whatever the number of threads. Throws FactorizationRefused where no window has structure,
-// Interrupted.
+// Windows are solved in parallel; the result is the same for any number of threads. Throws FactorizationRefused where
+// no window has structure, Interrupted.
 SolvedWindows SolveWindows(const ImagePoints& points, const std::optional<Camera>& camera,
                            const FactorizationOptions& options, ProgressSink& sink);
 

@@ -8,7 +8,8 @@
 
 namespace lumi {
 
-// Adjustments on the way end where a step gains less than this part of the cost; ends that count ask for more.
+// For adjustments whose error is judged: they stop where a step gains less than this part of the cost. Intermediate
+// ones stop earlier.
 inline constexpr double kFineTolerance = 1e-6;
 
 BundleOptions Adjustment(const FactorizationOptions& options, double sigma_px, int iterations);

@@ -110,7 +110,7 @@ std::optional<MetricAttempt> FindAttempt(const FactorizationTask& task, const Pr
   return attempt;
 }
 
-// What would the images say?
+// Warns of intrinsics that the images contradict, with the focal length that the images suggest.
 void WarnOfSuspectIntrinsics(const FactorizationTask& task, const MetricAttempt& attempt, const Camera& camera,
                              FactorizationResult& result) {
   const FactorizationOptions& options = task.options;

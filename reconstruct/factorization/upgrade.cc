@@ -97,7 +97,7 @@ Eigen::MatrixXd PlaneDerivative(const Canonical& c, const Vector3d& p, Eigen::Ve
   return J;
 }
 
-// p to the least cost; what it is then.
+// Moves p to the least cost, and returns that cost.
 double RefinePlane(const Canonical& c, Vector3d& p) {
   const auto cost = [&](const Vector3d& q, NormalEquations<3>* normal) {
     if (normal) {

@@ -14,7 +14,7 @@ struct WindowOptions {
   int overlap = 10;     // frames shared by neighbours, 1 ... length - 1
   int min_shared = 50;  // a window is shortened, to half its length at most, while fewer tracks last from its
                         // first to its last frame; the overlap is then half of it at most
-  int stride = 1;       // of a video every so manieth frame, and the last, are in windows at all; >= 1
+  int stride = 1;       // of a video only every stride-th frame, and the last one, are in windows; >= 1
   bool ordered = true;  // frames are a video's; false: groups of photos that share tracks
 };
 // What is wrong with the options, or empty.

@@ -26,14 +26,15 @@ std::string ProxyOf(const RenderJob& job, ViewId photo) {
                                   : name;
 }
 
-// All of them in one name.
+// One name for the proxies of all held-out photos.
 std::string ProxyEvaluated(const RenderJob& job) {
   const std::string first = ProxyOf(job, {0});
   if (job.options.holdout != kHoldoutEach || first == job.lumigraph.proxy_name()) return first;
   return fmt::format("{}-without-each-K-of-{}", job.lumigraph.proxy_name(), kProxiesForEach);
 }
 
-// For each photo the renderer over its proxy, and what says which of its pixels are seen; one of them at a time.
+// Makes, for each held-out photo, the renderer over its proxy and the mask of its seen pixels. Only one renderer exists
+// at a time.
 class HeldOutRenderers {
  public:
   explicit HeldOutRenderers(RenderJob& job) : job_(job), proxy_(ProxyOf(job, {0})) {
@@ -68,7 +69,7 @@ class HeldOutRenderers {
   std::optional<SeenPixels> seen_;
 };
 
-// Pictures of an earlier run's photos, which this one did not render: another N, another fold.
+// Removes pictures of an earlier run whose photos this run did not render (another N or fold).
 void RemoveOthers(const std::filesystem::path& folder, const std::vector<HoldoutView>& views) {
   if (folder.empty()) return;
   std::set<std::string> made;

@@ -9,10 +9,10 @@
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
+#include "render/path/path_frames.h"
 #include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/settings_json.h"
-#include "render/time/clock.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
@@ -27,7 +27,6 @@
 namespace lumi {
 namespace {
 
-constexpr int kDefaultPathWidth = 1024;
 constexpr const char* kFilm = "path.mp4";  // beside the folder of its frames
 
 CameraPath RequestedPath(const RenderJob& job) {
@@ -35,8 +34,8 @@ CameraPath RequestedPath(const RenderJob& job) {
   return o.path.empty() ? PathThroughPhotos(job.scene(), o.seconds, o.fps) : ReadCameraPath(o.path);
 }
 
-// A film of the path: its frames at an even rate, or of matrices at the times of their keys, or with --fps at that
-// rate, each picture the frame nearest in time.
+// A film of the path. Frames come at an even rate; those of a path of matrices at the times of their keys or, with
+// --fps, at that rate, where each picture of the film is the frame nearest in time.
 class PathFilm {
  public:
   PathFilm(const std::filesystem::path& file, const RenderJob& job, double fps) {
@@ -63,34 +62,12 @@ class PathFilm {
 
  private:
   std::vector<double> times_s_;
-  std::vector<int> shown_;  // how often; empty: each once
+  std::vector<int> shown_;  // how often each frame is shown; empty: once
   bool even_ = true;
   std::optional<VideoWriter> writer_;
 };
 
 double FramesPerSecond(const RenderJob& job) { return job.matrices ? job.matrices->fps : RequestedPath(job).fps; }
-
-std::vector<RenderView> FramesOf(const RenderJob& job, const MatrixPath& path) {
-  const Eigen::Vector2i size = SizeAskedFor(job.options, {path.width_px, path.height_px});
-  return MatrixViews(job.scene(), path, size.x(), size.y());
-}
-
-std::vector<RenderView> FramesOf(const RenderJob& job, const CameraPath& path) {
-  const RenderOptions& o = job.options;
-  const Eigen::Vector2i film = FilmSize(job.scene());
-  int width = o.width_px > 0 ? o.width_px : path.width_px > 0 ? path.width_px : 0;
-  int height = o.height_px > 0 ? o.height_px : path.height_px > 0 && o.width_px == 0 ? path.height_px : 0;
-  const double aspect = static_cast<double>(film.y()) / film.x();
-  if (width == 0)
-    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kDefaultPathWidth, film.x());
-  if (height == 0) height = static_cast<int>(std::lround(width * aspect));
-  std::vector<RenderView> views = SamplePath(path, width, height);
-  // The path's clock begins at the scene's first moment.
-  const std::optional<double> first_time = FirstTime(job.scene());
-  for (RenderView& v : views)
-    v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;
-  return views;
-}
 
 ImageF Opaque(const Image8& rgb) {
   ImageF image(rgb.width, rgb.height, 4, 1.0F);
@@ -100,8 +77,8 @@ ImageF Opaque(const Image8& rgb) {
   return image;
 }
 
-// Over black, as ToRgb8 gives the frame when it is rendered (a JPEG: nearly). PNG holds colours that are not multiplied
-// by alpha; where holes were filled, colours are those that are shown.
+// A frame read back over black, as ToRgb8 gives it when it is rendered (a JPEG: nearly). A PNG holds straight alpha;
+// where holes were filled, it holds the colours as shown.
 Image8 FrameOnDisk(const std::filesystem::path& file, bool filled) {
   if (file.extension() == ".exr") return ToRgb8(ReadImageF(file));
   if (filled) return ReadImage8(file);
@@ -114,7 +91,7 @@ Image8 FrameOnDisk(const std::filesystem::path& file, bool filled) {
   return rgb;
 }
 
-// What the frames depend on: those of another text are not kept.
+// Text of everything the frames depend on. Frames whose text differs are not kept.
 std::string FrameFingerprint(const RenderJob& job, double fps) {
   const RenderOptions& o = job.options;
   const Lumigraph& l = job.lumigraph;
@@ -123,7 +100,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   std::string text =
       fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n",
                   JsonKeys(l.settings()).Text(), l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
-  // Registers of another width round the last digits otherwise: frames of both do not join.
+  // The last digits depend on the register width: frames made with different widths are not joined.
   text += o.backend == "gl" ? fmt::format("device {}\n", job.renderer->Device())
                             : fmt::format("registers of {} bits\n", 8 * WidestRegister());
   text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
@@ -132,7 +109,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
                       Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
                       Fingerprint(scene.folder / "lumigraph.json"),
                       l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
-  // The photos alone: an image folder may hold these frames, too.
+  // Only the photos, not their folder: it may hold these frames, too.
   for (const View& v : scene.views)
     text += fmt::format("photo {} {}\n", v.name, FingerprintAmong(scene.ImagePath(v), scene.views.size()));
   for (const RenderView& v : job.wanted.views) {
@@ -143,7 +120,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   return text;
 }
 
-// Frames that losing power left incomplete.
+// Removes frames that a power failure left incomplete.
 void RemoveDamaged(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> frames;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -157,7 +134,7 @@ void RemoveDamaged(const std::filesystem::path& folder) {
   }
 }
 
-// What two texts have around the first place in which they differ.
+// An excerpt of each text around the first place where they differ.
 std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b) {
   constexpr std::ptrdiff_t kBefore = 30, kAfter = 50;
   const auto [in_a, in_b] = std::ranges::mismatch(a, b);
@@ -170,7 +147,7 @@ std::pair<std::string, std::string> FirstDifference(const std::string& a, const 
   return {around(a, in_a), around(b, in_b)};
 }
 
-// Frames of other texts are refused, and not cleared away.
+// Refuses to add to frames with another fingerprint text; these are not removed.
 [[noreturn]] void RefuseToJoin(const std::filesystem::path& folder, const std::string& there,
                                const std::string& wanted) {
   const auto [one, other] = FirstDifference(there, wanted);
@@ -182,7 +159,8 @@ std::pair<std::string, std::string> FirstDifference(const std::string& a, const 
 constexpr const char* kStamp = "frames.txt";  // of all frames there: what they depend on
 constexpr const char* kParts = "parts.txt";   // they were made in parts, perhaps by several machines
 
-// A part's frames go to others of the same text. Parts may begin at the same time: the stamp of the first counts.
+// A part's frames may join others with the same fingerprint text. Parts may start at the same time: the first one's
+// stamp counts.
 void JoinParts(const std::filesystem::path& folder, const std::string& wanted) {
   const std::filesystem::path stamp = folder / kStamp;
   std::filesystem::create_directories(folder);
@@ -193,23 +171,23 @@ void JoinParts(const std::filesystem::path& folder, const std::string& wanted) {
                          "remove the folder, or give another -o");
     const std::filesystem::path own = folder / fmt::format(".{}-{}", kStamp, HashOf(wanted));
     WriteTextAtomically(own, wanted);
-    std::error_code taken;  // by another part
+    std::error_code taken;  // set where another part made the stamp first
     std::filesystem::create_hard_link(own, stamp, taken);
-    if (taken && !std::filesystem::exists(stamp)) std::filesystem::copy_file(own, stamp, taken);  // no links here
+    if (taken && !std::filesystem::exists(stamp)) std::filesystem::copy_file(own, stamp, taken);  // no hard links
     std::filesystem::remove(own, taken);
   }
   if (const std::string there = ReadText(stamp); there != wanted) RefuseToJoin(folder, there, wanted);
   WriteTextAtomically(folder / kParts, "");
 }
 
-// Frames that an earlier run with the same scene, path and settings finished are kept; others are cleared away, unless
-// they were made in parts.
+// Keeps frames that an earlier run with the same scene, path and settings finished. Removes others, unless they were
+// made in parts: then it refuses.
 void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::path& film, const std::string& wanted) {
   const std::filesystem::path stamp = folder / kStamp;
   if (std::filesystem::exists(stamp)) {
     const std::string there = ReadText(stamp);
     if (there == wanted) {
-      // Other machines' frames were not written by this one before it was restarted.
+      // Frames made in parts may come from other machines, which this machine's restart did not interrupt.
       if (RestartedSince(folder) && !std::filesystem::exists(folder / kParts)) RemoveDamaged(folder);
       NoteRunOfMachine(folder);
       return;
@@ -218,7 +196,7 @@ void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::pat
   }
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
-  std::filesystem::remove(film, ec);  // of the frames that are gone
+  std::filesystem::remove(film, ec);  // made of the frames that were removed
   std::filesystem::create_directories(folder);
   NoteRunOfMachine(folder);
   WriteTextAtomically(stamp, wanted);
@@ -226,7 +204,7 @@ void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::pat
 
 }  // namespace
 
-// Of so many frames those that were asked for: [first, second).
+// The range [first, second) of a path's frames that --frames or --shard asks for.
 static std::pair<std::size_t, std::size_t> PartOf(const RenderOptions& o, std::size_t frames) {
   if (o.frames) {
     if (o.frames->last >= frames)
@@ -240,7 +218,10 @@ static std::pair<std::size_t, std::size_t> PartOf(const RenderOptions& o, std::s
 }
 
 DesiredViews FramesWanted(const RenderJob& job) {
-  return {job.matrices ? FramesOf(job, *job.matrices) : FramesOf(job, RequestedPath(job)), {}};
+  const RenderOptions& o = job.options;
+  return {job.matrices ? FramesOfPath(job.scene(), *job.matrices, o.width_px, o.height_px)
+                       : FramesOfPath(job.scene(), RequestedPath(job), o.width_px, o.height_px),
+          {}};
 }
 
 void RenderPath(RenderJob& job) {
@@ -287,7 +268,7 @@ void RenderPath(RenderJob& job) {
       if (o.part_of_path())
         throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
                            "give more --memory-mb");
-      // A later run that has room for them makes these frames again.
+      // Without the stamp, a later run with more memory renders these frames again.
       if (std::error_code ignored; !o.to_video()) std::filesystem::remove(frames / kStamp, ignored);
     }
     seen += Coverage(image);

@@ -8,6 +8,7 @@
 
 #include "render/commands/render_job.h"
 #include "render/path/matrix_path.h"
+#include "render/path/path_frames.h"
 #include "render/picture/convert.h"
 #include "render/show/camera_configuration.h"
 #include "render/show/measure_map.h"
@@ -64,16 +65,12 @@ void RenderJob::Write(const std::filesystem::path& stem, const ImageF& image) co
 }
 
 Eigen::Vector2i SizeAskedFor(const RenderOptions& o, const Eigen::Vector2i& own) {
-  if (o.width_px == 0 && o.height_px == 0) return own;
-  const double aspect = static_cast<double>(own.y()) / own.x();
-  const int width = o.width_px > 0 ? o.width_px : std::max(1, static_cast<int>(std::lround(o.height_px / aspect)));
-  const int height = o.height_px > 0 ? o.height_px : std::max(1, static_cast<int>(std::lround(width * aspect)));
-  return {width, height};
+  return SizeFor(o.width_px, o.height_px, own);
 }
 
 namespace {
 
-// --path of matrices; without --path the photos' own where there are no poses.
+// The matrices of --path or, without --path, of the photos if the scene has no poses.
 std::optional<MatrixPath> MatricesOf(const RenderOptions& o, const Lumigraph& lumigraph) {
   if (!o.along_path()) return std::nullopt;
   if (!lumigraph.metric() && o.path.empty() && o.decided.Has("seconds"))
@@ -89,7 +86,7 @@ DesiredViews WantedBy(const RenderJob& job) {
   return job.options.view.empty() ? FramesWanted(job) : ViewWanted(job);
 }
 
-// Settings that were measured; an effect that they switch says so.
+// Takes settings that were measured; where they switch an effect, its evidence says so.
 void Take(Lumigraph& lumigraph, const RadianceSettings& settings, const char* chosen_with) {
   lumigraph.SetSettings(settings);
   for (Effect& e : lumigraph.effects())
@@ -114,7 +111,8 @@ void KeepBudget(RenderJob& job) {
   Take(lumigraph, job.summary.budget->choice.settings, "chosen with the budget");
 }
 
-// --fidelity-db: sparse samples that a few frames of the path show to be near enough to a weight at every pixel.
+// --fidelity-db: chooses sparse samples that come near enough to weights at every pixel, judged on a few frames of the
+// path.
 void KeepFidelity(RenderJob& job) {
   if (!job.options.fidelity_db) return;
   Lumigraph& lumigraph = job.lumigraph;
@@ -145,7 +143,7 @@ void Prepare(RenderJob& job) {
     throw UsageError(
         fmt::format("--show cameras draws distances, which a {} scene does not have", Name(job.scene().frame)));
   lumigraph.MakePictures(o.proxy, job.matrices.has_value());
-  // With a proxy of its own a picture's holes are also seen by photos farther away in time, whatever is shown.
+  // If each picture has its own proxy, --border fill also reads photos farther away in time, which any --show can use.
   if (o.border.fill && lumigraph.one_mesh() && !job.Fills())
     throw UsageError(
         fmt::format("--border fill gives the holes of a picture colours: --show {} does not go with it", o.show));
@@ -166,7 +164,7 @@ void Prepare(RenderJob& job) {
   MeasureCosts(job);
 }
 
-// By what the frames took.
+// Judges the budget by the frames' measured times.
 void JudgeBudget(RenderJob& job) {
   if (!job.summary.budget) return;
   KeptBudget& kept = *job.summary.budget;
@@ -174,7 +172,7 @@ void JudgeBudget(RenderJob& job) {
   const double ms = kept.ms.value_or(kept.choice.ms), budget_ms = kept.choice.budget_ms;
   kept.met = kept.ms ? ms <= budget_ms : kept.choice.fits;
   if (kept.met) return;
-  // Pixels cost in proportion, at most.
+  // The time grows at most in proportion to the pixels.
   const int width = job.wanted.views.front().size_px.x();
   constexpr double kToSpare = 0.9;
   constexpr int kNarrowest = 16;
@@ -224,7 +222,7 @@ void MarkOutput(const RenderJob& job) {
 RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RequireConsistent(given);
   RenderOptions o = given;
-  // OpenGL holds all photos: only who asked for a limit gets to hear of it.
+  // OpenGL holds all photos: only an explicit limit that they exceed is an error.
   if (o.backend == "gl" && o.memory_mb == 0) o.memory_mb = -1;
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) {

@@ -13,8 +13,8 @@
 
 namespace lumi {
 
-constexpr const char* kRenderMarker = "render.json";  // what makes an output folder ours
-constexpr int kConfigurationSide = 640;               // of each of the panels of --show cameras
+constexpr const char* kRenderMarker = "render.json";  // marks an output folder as ours
+constexpr int kConfigurationSide = 640;               // px; of each panel of --show cameras
 
 struct RenderJob {
   const RenderOptions& options;
@@ -24,10 +24,10 @@ struct RenderJob {
   DesiredViews wanted;
   std::unique_ptr<Renderer> renderer;
   RenderSummary summary;
-  double bring_ms = 0;  // of all pictures
+  double bring_ms = 0;  // reading photos for all pictures
 
   const Scene& scene() const { return lumigraph.scene(); }
-  // Of the lumigraph as it is now, by the backend that is wanted.
+  // A renderer for the lumigraph as it is now, with the backend of the options.
   std::unique_ptr<Renderer> NewRenderer() const;
   // A picture of this view, as the options want it.
   RenderRequest Request(const RenderView& view) const;
@@ -38,10 +38,10 @@ struct RenderJob {
   void Write(const std::filesystem::path& stem, const ImageF& image) const;
 };
 
-// From here on files come: should this run be killed, the folder is known to be ours.
+// Called before the first file is written: if this run is killed, the next one knows the folder as ours.
 void MarkOutput(const RenderJob& job);
 
-// The size asked for; a side that is not follows from `own`'s aspect.
+// The size asked for; a side that was not given follows from `own`'s aspect.
 Eigen::Vector2i SizeAskedFor(const RenderOptions& options, const Eigen::Vector2i& own);
 
 // The frames of a path, at the size that is wanted.
@@ -52,8 +52,8 @@ void RenderPath(RenderJob& job);
 DesiredViews ViewWanted(const RenderJob& job);
 void RenderOneView(RenderJob& job);
 
-// Where the scene has a proxy for it that did not see the photos held out, the lumigraph is over that one afterwards,
-// and a message says so.
+// If the scene has a proxy that was made without the held-out photos, the lumigraph uses it from now on, and a message
+// says so.
 void TakeEvaluationProxy(RenderJob& job);
 DesiredViews HeldOutWanted(const RenderJob& job);
 void RenderHeldOut(RenderJob& job);

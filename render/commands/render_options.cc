@@ -43,7 +43,7 @@ constexpr std::array kOwnWeightsOptions =
     std::to_array<std::string_view>({"k", "correlation", "sampling", "epipoles", "sum", "combine", "cutoff-deg",
                                      "accuracy", "r-min-deg", "r-max-deg", "noise", "alpha"});
 
-// A published method: weights at every pixel on the CPU, and nothing that is measured in this renderer's own terms.
+// A published method has weights at every pixel on the CPU; options that only this renderer's weights know are refused.
 void RequirePublished(const RenderOptions& o) {
   if (const std::string problem = ProblemOf(o.settings); !problem.empty()) throw UsageError(problem);
   if (o.settings.method == Algorithm::kUlr) return;
@@ -54,7 +54,8 @@ void RequirePublished(const RenderOptions& o) {
   if (o.budget_ms) refuse("--budget-ms");
   if (o.fidelity_db) refuse("--fidelity-db");
   if (MeasureFromName(o.show) || o.show == "tessellation") refuse("--show " + o.show);
-  // What only this renderer's own weights read. A file of settings names all, at what they are by default.
+  // Options that only this renderer's own weights read. A settings file names all of them, so default values are
+  // accepted.
   const RadianceSettings usual;
   for (const SettingOption& option : SettingOptions())
     if (std::ranges::find(kOwnWeightsOptions, option.name) != kOwnWeightsOptions.end() && o.decided.Has(option.name) &&
@@ -128,6 +129,7 @@ void RequireNothingIgnored(const RenderOptions& o) {
   if (o.format == "exr" && !o.view.empty() && (o.show == "cameras" || o.show == "difference"))
     throw UsageError("--show " + o.show + " is drawn in 8 bits: --format png or jpg");
   if (given("fill-frames") && !o.border.fill) throw UsageError("--fill-frames goes with --border fill");
+  if (!o.pixels.empty() && o.view.empty()) throw UsageError("--pixel goes with --view: it is of one picture");
   if (o.leave_out && o.view.empty()) throw UsageError("--leave-out goes with --view");
   if (o.width_px < 0 || o.height_px < 0 || o.width_px > kMaxPictureSide || o.height_px > kMaxPictureSide)
     throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
@@ -160,6 +162,19 @@ ShardOf ShardFrom(const std::string& text) {
   const auto count = slash == std::string::npos ? std::nullopt : WholeNumber(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count) throw UsageError("--shard takes i/n, from 0/n to n-1/n; not " + text);
   return {*index, *count};
+}
+
+Eigen::Vector2d PixelFrom(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  const auto number = [&](const std::string& word) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (word.empty() || error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+      throw UsageError("--pixel takes X,Y, pixels from the upper left corner; not " + text);
+    return value;
+  };
+  if (comma == std::string::npos) throw UsageError("--pixel takes X,Y, pixels from the upper left corner; not " + text);
+  return {number(text.substr(0, comma)), number(text.substr(comma + 1))};
 }
 
 int HoldoutFrom(const std::string& text) {

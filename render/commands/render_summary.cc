@@ -7,7 +7,7 @@
 namespace lumi {
 namespace {
 
-// A row for people; what there is not stays empty.
+// A row of the table; missing values stay empty.
 std::string HoldoutLine(const std::string& name, const HoldoutScore& own, const std::optional<double>& seen,
                         const HoldoutScore& nearest) {
   const auto db = [](const std::optional<double>& value) { return value ? fmt::format("{:.2f}", *value) : ""; };
@@ -35,11 +35,17 @@ std::string DescribeHoldout(const HoldoutSummary& s) {
 
 // ---- what --json has
 
+void ListKeys(JsonKeys& j, PixelPhoto& p) { j("photo", p.photo, "weight", p.weight, "color", p.color); }
+void ListKeys(JsonKeys& j, AskedPixel& p) {
+  j("x_px", p.x_px, "alpha", p.alpha).IfAny("point", p.point)("photos", p.photos);
+}
+
 void ListKeys(JsonKeys& j, ViewFigures& v) {
   j("name", v.name, "left_out", v.left_out);
   j.IfAny("time_s", v.time_s).IfAny("psnr_db", v.psnr_db).IfAny("ssim", v.ssim);
   j.IfAny("mean_absolute_difference", v.mean_absolute_difference);
   j.IfAny("mean_absolute_difference_seen", v.mean_absolute_difference_seen)("coverage", v.coverage);
+  j.IfAny("legend", v.legend).IfAny("pixels", v.pixels);
 }
 
 void ListKeys(JsonKeys& j, HoldoutView& v) {
@@ -115,7 +121,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.optimum.samples > 0) j("optimum", s.optimum);
 }
 
-// Frames took what is expected, or what was measured; a budget is judged by the latter.
+// A budget is judged by the measured time of a frame or, where no frame was rendered, by the expected one.
 static std::string Describe(const KeptBudget& k) {
   const BudgetChoice& b = k.choice;
   std::string text = fmt::format("{:g} ms a frame: {}, {:.1f} ms expected{}; {}\n", b.budget_ms, b.name, b.ms,
@@ -134,8 +140,19 @@ static std::string DescribeView(const ViewFigures& v) {
   return text;
 }
 
+static std::string DescribePixels(const ViewFigures& v) {
+  std::string text;
+  for (const AskedPixel& p : v.pixels) {
+    text += fmt::format("\npixel {:g},{:g}: ", p.x_px.x(), p.x_px.y());
+    if (!(p.alpha > 0)) text += "a hole: no photo in use sees it";
+    for (std::size_t i = 0; i < p.photos.size(); ++i)
+      text += fmt::format("{}{} {:.3f}", i > 0 ? ", " : "", p.photos[i].photo, p.photos[i].weight);
+  }
+  return text;
+}
+
 std::string ResultLine(const RenderSummary& s) {
-  if (!s.views.empty()) return DescribeView(s.views.front());
+  if (!s.views.empty()) return DescribeView(s.views.front()) + DescribePixels(s.views.front());
   if (!s.holdout) return {};
   const HoldoutSummary& e = s.holdout->errors;
   std::string line = fmt::format("{} held-out photos: ", e.views.size());
@@ -148,7 +165,7 @@ std::string ResultLine(const RenderSummary& s) {
 std::string Describe(const RenderSummary& s) {
   std::string text;
   if (s.holdout) text += DescribeHoldout(s.holdout->errors);
-  for (const ViewFigures& v : s.views) text += DescribeView(v) + "\n";
+  for (const ViewFigures& v : s.views) text += DescribeView(v) + DescribePixels(v) + "\n";
   if (s.budget) text += Describe(*s.budget);
   if (s.fidelity) text += Describe(*s.fidelity) + "\n";
   for (const Effect& e : s.effects)

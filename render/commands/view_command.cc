@@ -1,4 +1,5 @@
 // lumi-render --view: a photo's own camera.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -6,6 +7,7 @@
 #include "render/picture/border_fill.h"
 #include "render/picture/convert.h"
 #include "render/picture/output_name.h"
+#include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/stopwatch.h"
@@ -24,6 +26,36 @@ double SeenDifference(const ImageF& image, const Image8& photo) {
       n += 3;
     }
   return n > 0 ? sum / n : 0;
+}
+
+AskedPixel Asked(const Scene& scene, const Eigen::Vector2d& x_px, const WeightsAtRays& at, std::size_t i) {
+  AskedPixel pixel;
+  pixel.x_px = x_px;
+  pixel.alpha = at.table.alpha[i];
+  if (std::isfinite(at.point[3 * i])) pixel.point.assign(at.point.data() + 3 * i, at.point.data() + 3 * i + 3);
+  for (std::int32_t e = at.table.first[i]; e < at.table.first[i + 1]; ++e) {
+    const std::int32_t view = at.table.camera[static_cast<std::size_t>(e)];
+    pixel.photos.push_back({scene.views[static_cast<std::size_t>(view)].name, FalseColorOf(view),
+                            static_cast<double>(at.table.weight[static_cast<std::size_t>(e)])});
+  }
+  std::ranges::stable_sort(pixel.photos, std::greater<>(), &PixelPhoto::weight);
+  return pixel;
+}
+
+// --pixel, and the legend of false colours, which goes beside the picture.
+void TellPhotos(const RenderJob& job, const RenderRequest& request, const std::filesystem::path& stem,
+                ViewFigures& figures) {
+  const bool false_color = job.options.show == "false-color";
+  if (!false_color && job.options.pixels.empty()) return;
+  const Scene& scene = job.scene();
+  const ViewWeights weights(job.lumigraph, request.view, request.use, request.settings);
+  if (false_color) {
+    figures.legend = LegendOf(scene, weights.Plan());
+    WriteTextAtomically(stem.string() + "_legend.svg", LegendSvg(figures.legend));
+  }
+  const WeightsAtRays at = weights.At(job.options.pixels);
+  for (std::size_t i = 0; i < job.options.pixels.size(); ++i)
+    figures.pixels.push_back(Asked(scene, job.options.pixels[i], at, i));
 }
 
 }  // namespace
@@ -56,7 +88,7 @@ void RenderOneView(RenderJob& job) {
   figures.coverage = *job.summary.coverage;
   if (request.settings.time) figures.time_s = request.settings.time_s;
   Image8 photo, rendered;
-  // Heat maps and false colours are no picture of what was photographed.
+  // Heat maps and false colours cannot be compared with the photo.
   if (o.show == "color" || o.show == "difference") {
     photo = Resize(ReadImage8(job.scene().ImagePath(view), 3), image.width, image.height);
     rendered = ToRgb8(image);
@@ -67,11 +99,12 @@ void RenderOneView(RenderJob& job) {
     figures.mean_absolute_difference_seen = SeenDifference(image, photo);
   }
   const std::filesystem::path stem = o.output / OutputName(job.scene().views, view.name);
+  TellPhotos(job, request, stem, figures);
   if (o.show == "cameras" || o.show == "difference")
     WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
                o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
   else {
-    // Only what is kept: the figures above are of what photos saw.
+    // Holes are filled only in the file: the figures above are of what photos saw.
     if (job.Fills()) FillAndMark(image);
     job.Write(stem, image);
   }

@@ -44,8 +44,8 @@ class ChenWilliams final : public PointMethod {
   static constexpr double kOwnView = 1e-9;  // rad: a view nearer than this is the photo's own
   std::vector<RankedPhoto> ranked_;
   std::size_t photos_;
-  std::vector<std::size_t> place_;  // of a photo, in ranked_
-  std::vector<double> weight_;      // by place
+  std::vector<std::size_t> place_;  // of each photo in ranked_
+  std::vector<double> weight_;      // by rank
 };
 
 }  // namespace

@@ -12,11 +12,12 @@ namespace {
 struct Row {
   ComparatorMaker* make = nullptr;
   ComparatorOptions options;
-  std::vector<double> counts = {-1}, parameters = {-1};  // to choose from, all with all
+  std::vector<double> counts = {-1}, parameters = {-1};  // to choose from, in all combinations
 };
 
 const Row& RowOf(Algorithm method) {
-  // A row an Algorithm, in their order. What is chosen from: up to 12, as this renderer has (tradeoff/methods.cc).
+  // One row for each Algorithm, in their order. Each method is chosen from up to 12 settings, as this renderer is
+  // (tradeoff/methods.cc).
   static const std::array<Row, 13> rows = {{
       {},
       {MakeChenWilliams, {"photos dissolved; 2", "exponent of 1/distance; 1"}, {-1, 1, 4, 8, 16, 32}, {-1, 2}},

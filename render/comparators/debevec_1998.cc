@@ -1,8 +1,8 @@
 // Debevec, Yu and Borshukov, "Efficient View-Dependent Image-Based Rendering with Projective Texture-Mapping", EGWR
-// 1998: for each face a view map, a grid of directions each of which knows the photo that saw the face best from there;
-// a view blends the photos of the three directions around its own. The paper splits faces until a photo sees all of
-// each or nothing; here faces are cells of at most kCellSize of their distance, asked at their middles, and a photo
-// that does not see a pixel leaves it to the others.
+// 1998: each face has a view map, a grid of directions that holds, for each direction, the photo that saw the face from
+// nearest to it; a view blends the photos of the three directions around its own. The paper splits faces until a photo
+// sees all of each or nothing; here faces are split into cells of at most kCellSize of their distance, visibility is
+// tested at a cell's middle, and a photo that does not see a pixel leaves it to the others.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace lumi {
 namespace {
 
 constexpr double kCellSize = 0.05;  // of the distance from the view
-constexpr int kMostParts = 1023;    // of a face's side
+constexpr int kMostParts = 1023;    // that a face's side is split into
 
 class Debevec1998 final : public PointMethod {
  public:

@@ -1,7 +1,7 @@
 // Heigl, Koch, Pollefeys, Denzler and Van Gool, "Plenoptic Modeling and Rendering from Image Sequences Taken by a
 // Hand-held Camera", DAGM 1999: the camera centres are projected into the view and triangulated there; a pixel blends
 // the photos of its triangle's corners by its barycentric coordinates. Outside the triangles the paper draws nothing;
-// here the nearest point of their border counts.
+// here a pixel takes the weights of the nearest point on their border.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,8 @@ class Heigl final : public PointMethod {
     for (std::int32_t j = 0; j < setup.sources.count; ++j) {
       if (!(setup.sources.enabled[static_cast<std::size_t>(j)] > 0)) continue;
       const Eigen::Vector3d q = m_ * CentreOf(setup, j);
-      // Also a centre behind the view: the line through both is the same ray. One at infinity has no place in a plane.
+      // Centres behind the view count, too: their projection is the same line. A centre in the view's principal plane
+      // projects to infinity and is left out.
       if (!(std::abs(q.z()) > kAtInfinity * q.norm())) {
         if (q.norm() == 0) own_.push_back(j);
         continue;
@@ -50,7 +51,7 @@ class Heigl final : public PointMethod {
         for (std::size_t c = 0; c < 3; ++c)
           if (plane.neighbour[i][c] < 0) border_.push_back({triangles_[i][(c + 1) % 3], triangles_[i][(c + 2) % 3]});
     } else {
-      points_ = images;  // on a line, or two: the way from one to the next
+      points_ = images;  // collinear: segments from each point to the next
       if (points_.size() > 1) {
         Eigen::Vector2d along = Eigen::Vector2d::Zero();
         for (const auto& x : points_)
@@ -95,7 +96,7 @@ class Heigl final : public PointMethod {
  private:
   static constexpr double kAtInfinity = 1e-9;
 
-  // The corners and weights of a pixel; how many.
+  // Writes the corners and weights of a pixel; returns how many.
   std::size_t Corners(const Eigen::Vector3d& q, std::array<std::pair<std::int32_t, double>, 3>& out) const {
     const Eigen::Vector2d x = q.head<2>() / q.z();
     const auto at = [&](std::int32_t i) -> const Eigen::Vector2d& { return points_[static_cast<std::size_t>(i)]; };

@@ -11,7 +11,7 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kPhotosAsked = 16;  // how deep the scene is
+constexpr std::size_t kPhotosAsked = 16;  // about so many photos, whose median depths place the focal plane
 
 class LevoyHanrahan final : public LightSlab {
  public:

@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kWidestLook = 60 * std::numbers::pi / 180;
 
-// Columns and rows whose points lie nearest to the places, near `cells` of them: a grid that is one is found as it is.
+// Chooses columns and rows, about `cells` grid points in all, so that the points lie nearest to the places. Places that
+// form a regular grid give exactly that grid.
 void ChooseGrid(const std::vector<Eigen::Vector2d>& places, double cells, CameraGrid& grid) {
   Eigen::Vector2d low = places[0], high = places[0];
   for (const auto& x : places) {
@@ -31,7 +32,7 @@ void ChooseGrid(const std::vector<Eigen::Vector2d>& places, double cells, Camera
     const int rows = (n + columns - 1) / columns;
     const Eigen::Vector2d step(columns > 1 ? extent.x() / (columns - 1) : size,
                                rows > 1 ? extent.y() / (rows - 1) : size);
-    // A single column stands in the middle.
+    // A single column (or row) lies in the middle.
     const Eigen::Vector2d first(columns > 1 ? low.x() : low.x() + 0.5 * extent.x(),
                                 rows > 1 ? low.y() : low.y() + 0.5 * extent.y());
     if (!(step.minCoeff() > 0)) continue;
@@ -50,8 +51,9 @@ void ChooseGrid(const std::vector<Eigen::Vector2d>& places, double cells, Camera
   }
 }
 
-// Adds scale times what the photos make of the grid at u to `shares`: of the four points around it the mean of the
-// photos' rays under a tent of a cell's size, and as far as those are less than one, a grid of twice the step.
+// Adds to `shares` scale times each photo's share at grid position u. Each of the four grid points around u takes the
+// mean of the photos' rays under a tent of one cell's size; where these weights sum to less than 1, a grid of twice the
+// step fills the rest.
 class PushPull {
  public:
   PushPull(const CameraGrid& grid, const std::vector<Eigen::Vector2d>& rays, std::vector<double>& shares)
@@ -134,7 +136,7 @@ LightSlab::LightSlab(const CameraGrid& grid, const ViewSetup& setup) : grid_(gri
 Eigen::Vector2d LightSlab::Crossing(const Eigen::Vector3d& from, const Eigen::Vector3d& point) const {
   const Eigen::Vector3d way = point - from;
   const double along = way.dot(grid_.normal);
-  // A ray along the plane never crosses it: where it starts is the best that can be said.
+  // A ray parallel to the plane never crosses it: its start is used instead.
   const double s = std::abs(along) > 1e-9 * way.norm() ? (grid_.origin - eye_ - from).dot(grid_.normal) / along : 0.0;
   const Eigen::Vector3d x = from + s * way - (grid_.origin - eye_);
   return (Eigen::Vector2d(x.dot(grid_.e1), x.dot(grid_.e2)) - grid_.first).cwiseQuotient(grid_.step);
@@ -147,7 +149,7 @@ void LightSlab::AtPoint(const PhotosAtPoint& point, WindowMemo&, WeightedPhotos&
   rays.clear();
   for (const std::int32_t j : point.seeing) rays.push_back(Crossing(CentreOf(point.setup, j), p));
   shares.assign(rays.size(), 0.0);
-  // Beside the grid the paper has nothing to show; its border is kinder.
+  // Outside the grid the paper draws nothing; here the grid's border is used.
   const Eigen::Vector2d u = Crossing(Eigen::Vector3d::Zero(), p)
                                 .cwiseMax(Eigen::Vector2d::Zero())
                                 .cwiseMin(Eigen::Vector2d(grid_.columns - 1, grid_.rows - 1));

@@ -1,6 +1,6 @@
-// A light slab: rays by where they cross the plane of the cameras and where they meet a surface. Cameras that stand in
-// a grid are its samples; others are brought to a grid by the photos' own rays, holes in it from coarser ones (the
-// push-pull of Gortler et al. 1996). Light field and lumigraph differ in the surface: a plane, or the proxy.
+// A light slab: rays by where they cross the plane of the cameras and where they meet a surface. Cameras on a grid are
+// its samples; others are resampled to a grid by their rays, whose holes are filled from coarser grids (the push-pull
+// of Gortler et al. 1996). Light field and lumigraph differ in the surface: a plane, or the proxy.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +17,9 @@ struct CameraGrid {
   int columns = 1, rows = 1;
 };
 
-// Of all cameras, those that are left out too: where they stood is known. cells: wanted number of grid points; below
-// 1: as many as cameras. Throws DataError where a camera looks more than 60 degrees away from the others' mean: one
-// slab does not hold such a capture.
+// Fits the grid to all cameras, also to those that are left out: their positions are known. cells: wanted number of
+// grid points; below 1: as many as cameras. Throws DataError if a camera looks more than 60 degrees away from the mean
+// direction: one slab cannot hold such a capture.
 CameraGrid FitCameraGrid(const Sources& sources, double cells, std::string_view method);
 
 class LightSlab : public PointMethod {

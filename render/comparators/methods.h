@@ -1,4 +1,4 @@
-// The makers of the published methods, one a file; comparators.cc picks.
+// The functions that make the published methods, one in each file; comparators.cc chooses among them.
 #pragma once
 
 #include <memory>

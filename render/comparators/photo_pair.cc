@@ -8,7 +8,7 @@ namespace lumi {
 namespace {
 
 constexpr std::size_t kAskedForPairs = 10;  // photos nearest to the view
-constexpr double kOwnWeight = 1e-6;         // of a photo at the end of the way: it fills what the other does not see
+constexpr double kOwnWeight = 1e-6;         // least weight of a photo, so that it fills what the other one does not see
 
 // Whether the photo's frame, or its mirror image behind it, shows the point: the epipole lies in the picture then.
 bool ShowsEpipole(const RenderView& view, const Eigen::Vector3d& x) {
@@ -37,7 +37,8 @@ std::optional<PhotoPair> PairAround(const Sources& sources, const ViewSetup& set
       if (rectifiable && (ShowsEpipole(first, second.centre) || ShowsEpipole(second, first.centre))) continue;
       const double share = std::clamp((setup.desired.centre - first.centre).dot(way) / way.squaredNorm(), 0.0, 1.0);
       const double aside = (first.centre + share * way - setup.desired.centre).norm() / median_depth;
-      // What the view is off, and what is to be bridged: of two ways through the view the shorter.
+      // The view's distance from the baseline, plus the distance to be interpolated: of two baselines through the view,
+      // the shorter one wins.
       const double cost = aside + 0.5 * ((1 - share) * near[a].distance + share * near[b].distance);
       if (cost < least) {
         least = cost;

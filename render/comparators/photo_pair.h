@@ -1,4 +1,4 @@
-// Two photos and a view between them: what methods that interpolate two images know of a scene.
+// Two photos and a view between them, for methods that interpolate two images.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,17 @@ namespace lumi {
 
 struct PhotoPair {
   std::int32_t first = 0, second = 0;
-  double share = 0;  // of the second: how far along the way from the first centre to the second the view lies, [0, 1]
+  double share = 0;  // of the second: the view's position on the baseline from the first centre to the second, [0, 1]
 };
 
-// Of the photos nearest to the view the pair whose way passes it most closely, ways with the view beside their middle
-// before those with it at an end. rectifiable: only pairs of which neither photo's frame shows the other's centre, so
-// that one homography each makes their epipolar lines parallel. nullopt: no pair is left.
+// Among the photos nearest to the view, the pair whose baseline passes closest to it; baselines with the view near
+// their middle come before those with it at an end. rectifiable: only pairs in which neither photo contains the other's
+// centre, so that a homography for each makes their epipolar lines parallel. nullopt: no pair is left.
 std::optional<PhotoPair> PairAround(const Sources& sources, const ViewSetup& setup, double median_depth,
                                     bool rectifiable);
 
-// Dissolves the pair; where only one sees a point, that one; where neither does, the photo nearest in angle.
+// Dissolves between the pair. Where only one of them sees a point, that one is used; where neither does, the photo
+// nearest in angle.
 class PairMethod : public PointMethod {
  public:
   explicit PairMethod(const PhotoPair& pair) : pair_(pair) {}

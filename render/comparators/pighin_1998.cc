@@ -13,7 +13,7 @@
 namespace lumi {
 namespace {
 
-// The two photographs and what each has of the view.
+// The shares of the two photographs; 0 for all others.
 std::vector<double> SharesOfTwo(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup) {
   const double distance = MedianDepth(setup, proxy);
   const Eigen::Vector3d object = distance * AxisOf(setup.desired), wanted = -object.normalized();
@@ -31,7 +31,7 @@ std::vector<double> SharesOfTwo(const Sources& sources, const ProxyTracer& proxy
   }
   if (photos.empty()) return share;
   std::ranges::stable_sort(photos, {}, &Photo::angle);
-  // The nearest, and of those on its other side (the paper's photographs go round a head) the nearest.
+  // The nearest photograph, and the nearest one on the view's other side (the paper's photographs go round a head).
   const Photo& first = photos.front();
   const Photo* second = nullptr;
   for (std::size_t i = 1; i < photos.size() && !second; ++i)

@@ -6,7 +6,7 @@
 namespace lumi {
 namespace {
 
-// Angle and field of view alone: the other measures are this renderer's.
+// Only angle and field of view: the other measures belong to this renderer.
 RadianceSettings AngleAlone(const RadianceSettings& settings) {
   RadianceSettings s;
   ForEachEffect([&]<typename M> { M::Switch(s, false); });
@@ -33,7 +33,7 @@ bool PointSight::Look(const Eigen::Vector3d& direction, double t) {
     contained = true;
     if (measures_.v[i] > kHalfVisible) seeing_.push_back(j);
   }
-  // Where the proxy hides the point from every photo, its word counts for less than a picture without a hole.
+  // If the proxy hides the point from every photo, occlusion is ignored, so that the picture has no hole.
   for (std::int32_t j = 0; contained && seeing_.empty() && j < setup_.sources.count; ++j)
     if (measures_.f[static_cast<std::size_t>(j)] > 0) seeing_.push_back(j);
   return !seeing_.empty();

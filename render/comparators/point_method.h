@@ -23,12 +23,12 @@ struct PhotosAtPoint {
   Eigen::Vector3d normal;  // unit, towards the view
   std::int32_t face = -1;  // of the proxy
   const std::vector<float>&theta, &f, &v;
-  const std::vector<std::int32_t>& seeing;  // those that see the point; where none does, those that contain it
+  const std::vector<std::int32_t>& seeing;  // photos that see the point or, if none does, those that contain it
 
   Eigen::Vector3d point() const { return t * direction; }
 };
 
-// Of one window of the picture: what a method need not find out again at the next pixel.
+// What a method keeps from pixel to pixel within one window of the picture.
 struct WindowMemo {
   std::unordered_map<std::uint64_t, std::array<std::pair<std::int32_t, float>, 3>> photos_of_cell;
 };
@@ -36,7 +36,8 @@ struct WindowMemo {
 // The measures of a ray that comparators read: angle, field of view, visibility. Scratch, one a thread.
 class PointSight {
  public:
-  // Of a view. visibility: nullptr where the proxy hides nothing, or nobody heeds it. Both must outlive it.
+  // visibility: nullptr if the proxy hides nothing, or the method ignores occlusion. Both arguments must outlive this
+  // object.
   PointSight(const ViewSetup& setup, const VisibilityMaps* visibility);
   // Replaces the arrays. False: no photo contains the point.
   bool Look(const Eigen::Vector3d& direction, double t);
@@ -61,7 +62,7 @@ class PointMethod : public RayMethod {
  protected:
   // Appends photos of `point.seeing` and weights with a positive sum; they are made to sum to 1. Nothing: a hole.
   virtual void AtPoint(const PhotosAtPoint& point, WindowMemo& memo, WeightedPhotos& out) const = 0;
-  // False for a method without geometry: a photo that the proxy hides from the point counts all the same.
+  // False for a method without geometry: a photo counts even if the proxy hides the point from it.
   virtual bool heeds_visibility() const { return true; }
 };
 

@@ -17,7 +17,7 @@ namespace {
 constexpr double kFlat = 1e-12, kRounding = 1e-9;
 constexpr std::size_t kAsked = 12;  // nearest views among which a triangle is looked for
 
-// The views' places in the triangle around the wanted one.
+// The barycentric coordinates of the desired view in a triangle of source views.
 std::vector<double> SharesOfTriangle(const Sources& sources, const ProxyTracer& proxy, const ViewSetup& setup) {
   const auto photos = static_cast<std::size_t>(std::max(1.0, OrOwn(setup.settings.method_count, 3)));
   const double distance = MedianDepth(setup, proxy);
@@ -46,7 +46,7 @@ std::vector<double> SharesOfTriangle(const Sources& sources, const ProxyTracer& 
           corners << near[a].unit, near[b].unit, near[c].unit;
           if (std::abs(corners.determinant()) < kFlat) continue;
           Eigen::Vector3d w = corners.inverse() * wanted;
-          // At a photo's own place the other two are 0, on either side of it by a rounding.
+          // At a photo's own position the other two weights are 0, up to rounding of either sign.
           if (w.minCoeff() < -kRounding) continue;
           w = w.cwiseMax(0.0);
           smallest = near[c].angle;
@@ -57,7 +57,7 @@ std::vector<double> SharesOfTriangle(const Sources& sources, const ProxyTracer& 
         }
     if (std::isfinite(smallest)) return share;
   }
-  // No triangle encloses the view: the nearest ones, by what they are nearer than the next.
+  // No triangle encloses the view: the nearest photos count by how much nearer they are than the next one.
   const std::size_t n = std::min(photos, near.size());
   const double edge = n < near.size() ? near[n].angle : std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < n; ++i)
@@ -71,7 +71,7 @@ class Pulli final : public ViewShareMethod {
   using ViewShareMethod::ViewShareMethod;
 
  protected:
-  // The soft z-buffer's average of what lies nearly in front.
+  // The soft z-buffer averages surfaces that lie nearly in front.
   double Seen(double visibility) const override {
     constexpr double kBlocked = static_cast<double>(kBlockedVisibility);
     return std::max((visibility - kBlocked) / (1 - kBlocked), kBlocked);

@@ -1,7 +1,7 @@
 // The unstructured lumigraph of SIBR (Bonopera et al., sibr.gitlabpages.inria.fr, 2020), ulr_v2 and ulr_v3, as their
-// fragment shaders have it: the angle itself in place of 1/angle, a photo's distance against the view's relative to the
-// photo's, both at least 1e-4; the four least penalties count 1 - penalty / fourth penalty; frustum and occlusion are
-// hard tests.
+// fragment shaders have it: the angle itself in place of 1/angle, for resolution (photo's distance - view's distance) /
+// photo's distance, both at least 1e-4; the four least penalties count 1 - penalty / fourth penalty; frustum and
+// occlusion are hard tests.
 #include <algorithm>
 #include <array>
 #include <cmath>

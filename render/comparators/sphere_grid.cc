@@ -43,7 +43,7 @@ std::array<std::pair<std::int32_t, double>, 3> SphereGrid::Around(const Eigen::V
             j = std::clamp(static_cast<int>(q.y()), 0, parts_ - 1 - i);
   const double x = q.x() - i, y = q.y() - j;
   const auto node = [&](int u, int v) { return NodeAt(sign.cwiseProduct(Eigen::Vector3i(u, v, parts_ - u - v))); };
-  // The cell's square in (x, y) is two triangles, of which the outer is not there at the octant's far side.
+  // The cell's square in (x, y) is two triangles; at the octant's far side the outer one does not exist.
   if (x + y <= 1 || i + j + 2 > parts_) {
     const double w = std::max(0.0, 1 - x - y);
     const double sum = w + x + y;

@@ -1,5 +1,5 @@
 // Directions in a regular triangular grid over the sphere: an octahedron's faces, each side in n parts. For methods
-// that keep something for every direction a surface may be seen from.
+// that store values for all directions from which a surface may be seen.
 #pragma once
 
 #include <Eigen/Core>

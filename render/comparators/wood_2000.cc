@@ -1,8 +1,8 @@
 // Wood, Azuma, Aldinger, Curless, Duchamp, Salesin and Stuetzle, "Surface Light Fields for 3D Photography", SIGGRAPH
 // 2000: for each point of a surface that is known exactly a lumisphere, the colour that leaves it in each direction,
-// piecewise linear over a subdivided octahedron and as smooth as the photos allow (pointwise fairing). A stand-in: each
-// pixel's lumisphere is fitted as it is needed, and not compressed; directions are the view's, not their mirror images,
-// as a rough proxy's normals would scatter those.
+// piecewise linear over a subdivided octahedron and as smooth as the photos allow (pointwise fairing). This is a
+// stand-in: each pixel's lumisphere is fitted when needed and not compressed. Directions are the view's, not mirrored
+// at the normal, because a rough proxy's normals would scatter mirrored ones.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@
 namespace lumi {
 namespace {
 
-// Of a symmetric positive matrix, row-major, into its lower half; false where it is not positive.
+// Cholesky factor of a symmetric matrix (row-major), written into its lower half; false if it is not positive definite.
 bool Cholesky(std::vector<double>& a, std::size_t n) {
   for (std::size_t j = 0; j < n; ++j) {
     double d = a[j * n + j];
@@ -54,7 +54,7 @@ class Wood final : public PointMethod {
       fairing_[i * n + j] -= fairness;
       fairing_[j * n + i] -= fairness;
     }
-    // A direction that nothing speaks of, with no fairing to its neighbours either.
+    // Keeps the system solvable for a direction that no photo covers and that has no fairing to its neighbours.
     for (std::size_t i = 0; i < n; ++i) fairing_[i * n + i] += kNugget;
   }
 

@@ -47,7 +47,7 @@ Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level) {
 
 namespace {
 
-// Of weights that sum to one and may be negative: below, dividing by what is left makes noise.
+// Weights that sum to one may be negative. If the remaining sum is smaller than this, dividing by it makes noise.
 constexpr float kLeastContained = 0.05F;
 
 // Most photos are read as they are, and need no logarithm.
@@ -95,7 +95,7 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
                    return Footprint(r.focal_px[j] / setup.focal_px, FacingRatio(of_photo, facing), depth / w);
                  });
       }
-      if (fading && additive) {  // the others make up for it
+      if (fading && additive) {  // the other photos take over its share
         if (!(contained > kLeastContained)) {
           out[0] = out[1] = out[2] = out[3] = 0;
           continue;

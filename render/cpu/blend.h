@@ -14,8 +14,8 @@ namespace lumi {
 Eigen::Array3f SamplePhoto(const Photo& photo, float u, float v, float level);
 
 // Writes the plan's window into `image` (RGBA, [0,1], premultiplied, the whole view's size). `gains`: a factor on each
-// photo's colours; empty: 1. With field of view off a photo that ends contributes nothing: colour and alpha are missing
-// there.
+// photo's colours; empty: 1. With field of view off, a photo contributes nothing beyond its border: colour and alpha
+// are missing there.
 void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos,
                 const std::vector<float>& gains, ImageF& image);
 

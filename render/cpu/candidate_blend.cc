@@ -14,7 +14,7 @@
 namespace lumi {
 namespace {
 
-// A fine mesh's cell has its pyramid levels from so many points a side.
+// In a cell of a fine mesh, pyramid levels are taken from this many points along each side.
 constexpr int kLevelSamples = 2;
 
 struct Workspace {
@@ -109,7 +109,7 @@ class CandidateBlender {
                          x[static_cast<std::size_t>(t.vertex[2])]});
   }
 
-  // The plane of a triangle; its area, 0 where it has none.
+  // Computes the plane of a triangle. Returns twice its area in pixels, 0 if it has none.
   double Plane(const SparseTriangle& t, std::array<Eigen::Vector2d, 3>& x_px, Eigen::Matrix3d& linear,
                LinearD& inverse_depth) const {
     Eigen::RowVector3d at;
@@ -124,7 +124,7 @@ class CandidateBlender {
     return inverse_depth.allFinite() ? std::abs(u.x() * v.y() - u.y() * v.x()) : 0;
   }
 
-  // A facet at a time: its triangles in the cell lie in one plane, and share batches.
+  // Draws one facet at a time: its triangles in the cell lie in one plane and share batches.
   void FacetCell(int cell, const PixelRect& rect, Workspace& work) const {
     const auto c = static_cast<std::size_t>(cell);
     const auto from = static_cast<std::size_t>(plan_.geometry.first_of_cell[c]),
@@ -192,8 +192,8 @@ class CandidateBlender {
     }
   }
 
-  // Whether a photo contains a cell's pixels, feather excluded. Its inner region is convex, and the map to it a
-  // homography wherever w > 0: the cell's corners speak for the cell.
+  // Whether a photo contains a cell's pixels, feather excluded. The photo's inner region is convex and the map to it a
+  // homography wherever w > 0, so testing the cell's corners is enough.
   bool Inner(const PhotoLayer& layer, const PixelRect& rect) const {
     const RelativeSources& r = setup_.sources;
     const std::size_t j = layer.photo;
@@ -278,7 +278,7 @@ class CandidateBlender {
     Flush(work);
   }
 
-  // The batch's next pixel, ray i of the cell. All times the ray's depth over its length.
+  // Slopes of the batch's next pixel (ray i of the cell), all scaled by the ray's depth over its length.
   void SetSlopes(Workspace& work, std::size_t i) const {
     // A triangle without a normal faces the view.
     const Eigen::Vector3f& normal = work.normal[i].squaredNorm() > 0 ? work.normal[i] : work.direction[i];
@@ -310,7 +310,7 @@ class CandidateBlender {
     b.Pad();
     CandidateRule rule = rule_;
     rule.slopes = &work.slopes;
-    // The batch's reference is its cell's first pixel, whose centre b.x = b.y = 0 stands for.
+    // The batch's reference is its cell's first pixel, whose centre is at b.x = b.y = 0.
     const int x = b.pixel[0] % image_.width - static_cast<int>(b.x[0]),
               y = b.pixel[0] / image_.width - static_cast<int>(b.y[0]);
     rule.ray_x = About(setup_.ray_from_pixel.row(0), x, y);

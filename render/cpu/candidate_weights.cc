@@ -20,11 +20,11 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLanes = 16;
 // The window's edge at a (k+1)-way tie, where all weights would vanish: the float before 1, so that exactly the tied
-// share.
+// photos share the weight.
 constexpr float kTied = 1 - std::numeric_limits<float>::epsilon() / 2;
 
 struct RayBatch {
-  alignas(64) float x[kBatch], y[kBatch], z[kBatch];  // rays times 1, and
+  alignas(64) float x[kBatch], y[kBatch], z[kBatch];  // rays of depth 1, and
   alignas(64) float squared[kBatch];                  // their squared length
   alignas(64) float h1[kBatch], edge[kBatch], sum[kBatch], f[kBatch];
 };
@@ -102,7 +102,7 @@ LUMI_KERNEL void AddTerm(const LayerBatch& b, const RayBatch& rays, const Candid
                         M::Value(PixelSight<kStretch>{b, rays, c, slopes, i, field}, shape));
 }
 
-// All that differ from pixel to pixel; false where there are none.
+// Adds all terms that differ from pixel to pixel; returns false if there are none.
 bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, const CandidateRule& rule,
               float* terms) {
   const RadianceSettings& s = *rule.settings;
@@ -122,11 +122,12 @@ bool AddTerms(const LayerBatch& b, const RayBatch& rays, const CandidateRay& c, 
   return any;
 }
 
-// Field of view: a photo that contains all pixels, feather excluded (f = 1, and where it sees them need not be known);
-// one that fades; or f = 1 everywhere, and whether it contains the pixel is told by f_out.
+// Field of view of a photo. kInner: it contains all pixels, feather excluded (f = 1, and its u, v, w are not needed).
+// kSoft: it fades. kHard: weights take f = 1 everywhere, and f_out says whether it contains the pixel.
 enum class Field { kInner, kSoft, kHard };
 
-// h without visibility, f, and (not for Field::kInner) visibility's arguments. `terms`: read where kTerms says so.
+// Computes h without visibility, f, and (except for Field::kInner) the arguments of Visibility. `terms`: read if
+// kTerms.
 template <Field kField, bool kTerms>
 LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const CandidateRule& rule, RayBatch& rays,
                          const float* __restrict terms, float* __restrict h_out, float* __restrict f_out,
@@ -158,7 +159,7 @@ LUMI_KERNEL void Measure(const LayerBatch& b, const CandidateRay& given, const C
   }
 }
 
-// VisibilityMaps::Visibility, into h.
+// Applies VisibilityMaps::Visibility to h.
 LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& rule, const float* __restrict f,
                             const float* __restrict u, const float* __restrict v, const float* __restrict depth,
                             float* __restrict h) {
@@ -168,7 +169,7 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
   const float gamma = rule.gamma;
   const bool soft = rule.field_of_view;
   const float least = soft ? 0.0F : 1.0F;
-  // With field of view off a photo is asked at its border for points outside, and not for points behind it.
+  // With field of view off, points outside a photo are looked up at its border, and points behind it are not.
   const float* asked = soft ? f : depth;
   for (int i = 0; i < n; ++i) {
     const float x = std::min(std::max(0.0F, u[i] * su - 0.5F), static_cast<float>(right));
@@ -183,14 +184,14 @@ LUMI_KERNEL void Visibility(int n, const CandidateRay& c, const CandidateRule& r
     const float seen = VisibilityOf((1 - ay) * top + ay * bottom);
     const float value = std::max(f[i], least);
     const float blocked = WithGate(h[i], value > 0 ? value : 1.0F, seen, gamma);
-    // Chosen by bits: of a condition the compiler makes a branch around the division, and no lanes.
+    // Selected by bits: from a condition the compiler would make a branch around the division and not vectorise.
     const std::int32_t counts = -static_cast<std::int32_t>((h[i] > 0) & (value > 0) & (asked[i] > 0));
     h[i] = std::bit_cast<float>((std::bit_cast<std::int32_t>(blocked) & counts) |
                                 (std::bit_cast<std::int32_t>(h[i]) & ~counts));
   }
 }
 
-// The smaller of each number to a, the larger to b.
+// Moves the smaller of each pair to a, the larger to b.
 template <class V>
 LUMI_INLINE void Order(V& a, V& b) {
   const V smaller = a < b ? a : b;
@@ -213,7 +214,7 @@ LUMI_INLINE void InsertInto(int n, int rows, const float* __restrict h, float* _
   const float* last = smallest + (rows - 1) * kBatch;
   for (int base = 0; base < n; base += Register<kBytes>::kNumbers) {
     V v = LoadRegister<V>(h + base);
-    // Most photos are farther than the last for all of these pixels.
+    // For most photos, h is larger than the last row at all of these pixels.
     if (!AnyLess<kBytes>(v, LoadRegister<V>(last + base))) continue;
     for (int s = 0; s < rows; ++s) {
       V least = LoadRegister<V>(smallest + s * kBatch + base);
@@ -230,17 +231,17 @@ void Insert(int n, int rows, const float* h, float* smallest) {
   insert(n, rows, h, smallest);
 }
 
-// Whether of kLanes pixels any has a finite h that is at most `last`.
+// Whether any of kLanes pixels has a finite h that is at most `last`.
 LUMI_INLINE bool Counts(const float* __restrict h, const float* __restrict last) {
   int counts = 0;
   for (int i = 0; i < kLanes; ++i) counts += (h[i] <= last[i]) & (h[i] < kInfinity);
   return counts > 0;
 }
 
-// Visibility of all photos into their h, where it can matter. The gate only raises h: a photo that is not among the k +
-// 1 smallest of those asked so far without it is not among them with it, and its depth map need not be read. The photos
-// that are likely to count come first, by the batch's middle. What is not asked weighs nothing either way. `smallest`
-// gets the k + 1 smallest of each pixel.
+// Applies visibility to the h of all photos where it can matter. Visibility only raises h: a photo that is not among
+// the k + 1 smallest so far without it cannot be among them with it, so its depth map is not read and its weight is 0
+// either way. Photos are visited in ascending order of h at the batch's middle, so that those likely to count come
+// first. `smallest` gets the k + 1 smallest h of each pixel.
 struct SightRows {
   float *f, *u, *v, *w;  // rows of kBatch, as h
 };
@@ -266,7 +267,7 @@ void AddVisibility(int n, const std::vector<CandidateRay>& candidates, const Can
   }
 }
 
-// The smallest and the (k+1)st of each pixel: h_1, and h_1 / h_{k+1} or what stands for it.
+// From the smallest and the (k+1)st h of each pixel: h_1, and h_1 / h_{k+1} (kTied at a tie, 0 without a (k+1)st).
 LUMI_KERNEL void Window(int n, const float* __restrict first, const float* __restrict last, float* __restrict h1_out,
                         float* __restrict edge_out) {
   for (int i = 0; i < n; ++i) {
@@ -275,7 +276,7 @@ LUMI_KERNEL void Window(int n, const float* __restrict first, const float* __res
   }
 }
 
-// h to h_1/h_j - h_1/h_{k+1}; their sum.
+// Replaces h by h_1/h_j - h_1/h_{k+1} and adds it to `sum`.
 LUMI_KERNEL void Weights(int n, float* __restrict h, const float* __restrict h1, const float* __restrict edge,
                          float* __restrict sum) {
   for (int i = 0; i < n; ++i) {
@@ -295,7 +296,7 @@ LUMI_KERNEL void Scale(int n, const float* __restrict by, float* __restrict w) {
 void WeighCandidates(LayerBatch& b, const std::vector<CandidateRay>& candidates, const CandidateRule& rule,
                      std::vector<float>& weights) {
   const int n = b.padded();
-  // Rows for what photos contain, and for visibility's arguments; one for terms.
+  // Per photo, rows for h, f and the arguments of Visibility; one row for the terms.
   const std::size_t rows = candidates.size();
   weights.resize(std::max(weights.size(), (5 * rows + 1) * kBatch));
   float* contained = weights.data() + rows * kBatch;

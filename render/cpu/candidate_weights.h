@@ -16,7 +16,7 @@ struct CandidateRay {
   float dx = 0, dy = 0, dz = 0;  // its centre - the desired one
   float width_px = 0, height_px = 0, feather_px = 0;
   bool inner = false;                // f = 1 at every pixel: field of view need not be evaluated
-  float terms = 0;                   // of h, those that are the same at all pixels (PhotoTerms)
+  float terms = 0;                   // terms of h that are the same at all pixels (PhotoTerms)
   float focal_ratio = 1;             // focal length of the view / its own: read by Resolution::kDistance
   std::int32_t view = 0;             // into Sources::views
   const float* depth_map = nullptr;  // of VisibilityMaps, or nullptr: everything is visible
@@ -33,7 +33,7 @@ struct CandidateRule {
   Linear ray_x, ray_y, ray_z;  // the pixels' rays, depth 1
   int k = 4;                   // 1..kMaxBlend
   float alpha = 1, gamma = 1;
-  bool field_of_view = true;  // off: f = 1, and a photo that ends leaves its share of alpha missing
+  bool field_of_view = true;  // off: f = 1, and beyond a photo's border its share of alpha is missing
   const PhotoFields* fields = nullptr;
   const RadianceSettings* settings = nullptr;  // alpha > 0; what the terms of h read
   const PlaneSlopes* slopes = nullptr;         // of the padded batch; read by Resolution::kJacobian

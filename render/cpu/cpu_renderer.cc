@@ -83,8 +83,8 @@ class CpuRenderer final : public WorldRenderer {
     statistics_.blend_ms = 1000 * watch.Seconds();
   }
 
-  // Candidates by settings that their own kernel does not know: each pixel weighs its cell's photos as it would weigh
-  // all.
+  // Candidates with settings that BlendCandidates does not support: each pixel weighs its cell's photos with the
+  // general weights.
   void RenderCells(const RenderRequest& request, const ViewSetup& setup, const VisibilityMaps* visibility,
                    ImageF& image) {
     if (!sparse_proxy_) sparse_proxy_.emplace(world_->proxy, world_->sources.normalized_from_world);
@@ -155,7 +155,7 @@ class CpuRenderer final : public WorldRenderer {
       DrawTessellation(*geometry, image);
   }
 
-  // `cameras`: may repeat; the ones that are there most often matter most.
+  // `cameras` may repeat; those that occur most often matter most.
   void Bring(const std::vector<std::int32_t>& cameras) {
     if (!bring_) return;
     std::map<std::int32_t, long> often;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLevelZero = 1.0 / 512;
 
 bool AnyOf16(const float* w) {
-  float sum = 0;  // none is negative
+  float sum = 0;  // of weights that are never negative
   for (int i = 0; i < 16; ++i) sum += w[i];
   return sum > 0;
 }
@@ -24,7 +24,7 @@ bool LinearFromCorners(const std::array<Eigen::Vector2d, 3>& x, Eigen::Matrix3d&
   const Eigen::Vector2d d1 = x[1] - x[0], d2 = x[2] - x[0];
   const double area = d1.x() * d2.y() - d1.y() * d2.x();
   if (!(std::abs(area) > 0)) return false;
-  // Barycentric coordinates as functions of (x, y, 1), about the first corner to keep their digits.
+  // Barycentric coordinates as functions of (x, y, 1), formed relative to the first corner to keep precision.
   const Eigen::RowVector2d g1(d2.y() / area, -d2.x() / area), g2(-d1.y() / area, d1.x() / area);
   out.row(1) << g1, -g1.dot(x[0]);
   out.row(2) << g2, -g2.dot(x[0]);
@@ -150,7 +150,8 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
     std::fill_n(b.alpha, n, 1.0F);
     return Store(b, true, rgba);
   }
-  // Each weight times its photo's gate, made to sum to 1 again; with field of view off what is missing stays missing.
+  // Each weight is multiplied by its photo's gate and normalised again; with field of view off, the missing share stays
+  // missing.
   const bool renormalise = setup_.settings.field_of_view;
   scratch.resize(std::max(scratch.size(), (layers.size() + 2) * kBatch));
   float* total = scratch.data() + layers.size() * kBatch;  // of the positive weights
@@ -178,7 +179,7 @@ void LayerShader::Shade(LayerBatch& b, const std::vector<PhotoLayer>& layers, bo
       taken[i] -= std::min(w[i], 0.0F);
     }
   }
-  // From now on: the factors of the positive and of the negative weights.
+  // From here on, `total` and `taken` hold the factors of the positive and of the negative weights.
   for (int i = 0; i < n; ++i) {
     const float most = kMostTaken * total[i], share = taken[i] > most ? most / taken[i] : 1.0F;
     const float left = total[i] - share * taken[i];
@@ -199,7 +200,7 @@ void LayerShader::ShadeWeighted(LayerBatch& b, const std::vector<PhotoLayer>& la
   b.Clear(!sources_.photos);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const float* w = weights.data() + l * kBatch;
-    // Most candidates count in a part of the batch only: runs of 16 pixels in which this one does.
+    // Most candidates count in only a part of the batch: draw runs of 16 pixels in which this one does.
     for (int begin = 0; begin < b.n;) {
       int end = begin;
       while (end < b.n && AnyOf16(w + end)) end += 16;

@@ -174,7 +174,7 @@ void FetchPortable(LayerBatch& b, int begin, int end, const LevelView& level) {
 #if defined(__clang__)
 #define LUMI_KEEP_CALL noinline
 #else
-// GCC 12 takes a function of another target than its caller's for one without effects, and drops the call.
+// GCC 12 treats a function compiled for another target than its caller as free of side effects, and drops the call.
 #define LUMI_KEEP_CALL noipa
 #endif
 __attribute__((target("arch=x86-64-v3"), LUMI_KEEP_CALL)) void FetchV3(LayerBatch& b, int begin, int end,

@@ -1,4 +1,4 @@
-// The picture of a weight at every pixel, tile by tile and in parallel: CpuRenderer's, and that of whoever has to be
+// A picture with weights at every pixel, tile by tile and in parallel: for CpuRenderer, and for callers that must be
 // able to stop.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace lumi {
 
-// A window of the view that one thread plans and blends before the next: its plan (about 60 KB) stays in cache.
+// Size of the window that one thread plans and blends at a time: its plan (about 60 KB) stays in cache.
 constexpr int kPixelTileWidth = 64;
 constexpr int kPixelTileHeight = 16;
 int PixelTiles(int width, int height);
@@ -25,16 +25,16 @@ struct PixelSources {
 // Photos' exposures divided out, the view's own applied: a factor a view; empty where exposure is off or all are alike.
 std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup);
 
-// With the weights of the published method that the settings name, where they name one.
+// `setup` with the published method that the settings name, if they name one.
 ViewSetup Weighed(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy);
 
-// Fills `image` (RGBA, the view's size). stop() is asked before every tile, from several threads; where it says true,
-// tiles are left as they were. `visibility`: nullptr where it is off.
+// Fills `image` (RGBA, the view's size). stop() is called before every tile, from several threads; after it returns
+// true, the remaining tiles are left as they were. `visibility`: nullptr where it is off.
 OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                            const VisibilityMaps* visibility, const PixelSources& blended,
                            const std::function<bool()>& stop, ImageF& image);
 
-// The cameras that RenderPixels would blend, once for each tile, ascending: by planning and blending nothing. `setup`:
+// The cameras that RenderPixels would blend, once for each tile, ascending; only plans, blends nothing. `setup`: from
 // Weighed.
 std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy,
                                           const VisibilityMaps* visibility, const std::function<bool()>& stop,

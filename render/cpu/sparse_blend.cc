@@ -159,7 +159,7 @@ class Blender {
     b.pixel[at] = pixel;
   }
 
-  // Whether the negative weights sum to less than -1 somewhere in the triangle: what they take is limited (kMostTaken).
+  // Whether the negative weights sum to less than -1 somewhere in the triangle, so that kMostTaken has to limit them.
   bool TakesMuch(const SparseTriangle& t) const {
     std::array<float, 3> taken{};
     for (auto i = static_cast<std::size_t>(t.first); i < static_cast<std::size_t>(t.first + t.count); ++i)

@@ -19,7 +19,8 @@ void Over(ImageF& image, int x, int y, const Eigen::Vector3f& color, float opaci
   p[3] += opacity * (1 - p[3]);
 }
 
-// Cut to the view, then a step a pixel along the longer side, each shared by the two pixels it runs between.
+// Draws a line, clipped to the view: one step per pixel along its longer axis, each shared by the two pixels it runs
+// between.
 void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector3f& color,
           float opacity) {
   const Eigen::Vector2d p = a.cast<double>(), d = b.cast<double>() - p;
@@ -39,7 +40,7 @@ void Line(ImageF& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, con
   const double length = std::abs(d[major]) * (to - from);
   const int steps = std::max(1, static_cast<int>(std::ceil(length)));
   for (int i = 0; i <= steps; ++i) {
-    // The view's own border lies on the last pixel's far side: drawn inside.
+    // A line on the view's far border lies outside the last pixel: it is drawn inside.
     const Eigen::Vector2d x = (p + (from + (to - from) * i / steps) * d - Eigen::Vector2d(0.5, 0.5))
                                   .cwiseMax(0.0)
                                   .cwiseMin((size.array() - 1).matrix());

@@ -16,16 +16,16 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kPoints = 6000;   // of the proxy that are looked at ...
-constexpr std::size_t kPlaces = 18000;  // ... where places are told apart
-constexpr int kNearest = 24;            // photos of a point, nearest in angle to the one it was found by
+constexpr std::size_t kPoints = 6000;   // points of the proxy that are sampled ...
+constexpr std::size_t kPlaces = 18000;  // ... if correlation is measured by place
+constexpr int kNearest = 24;            // photos compared at a point, at most
 constexpr int kBins = 24;               // of angles, evenly in their logarithms
 constexpr double kSmallest = 0.05 * kRadPerDeg, kLargest = 60 * kRadPerDeg;
-constexpr long kLeastPairs = 200;     // of a bin that counts
+constexpr long kLeastPairs = 200;     // least pairs of a bin that counts
 constexpr double kLeastShared = 0.1;  // of the variance: less, and photos have nothing in common
-constexpr double kFarShare = 0.2;     // of all pairs, those farthest apart say what no correlation is
-// A node's pairs are seconded by as many as this many points of the whole scene have: what few points say is not
-// believed.
+constexpr double kFarShare = 0.2;  // share of all pairs, those farthest apart in angle, that stand for no correlation
+// Prior for a node: the pairs of this many points of the whole scene are added to its own, so that nodes with few
+// points follow the scene.
 constexpr double kPriorPoints = 30;
 constexpr int kRounds = 20;  // of k-means
 
@@ -52,7 +52,7 @@ struct Variogram {
   }
 };
 
-// A point of the proxy, in the normalised frame, and its pairs.
+// A point of the proxy (normalised frame) and the pairs of photos that see it.
 struct Look {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   Variogram pairs;
@@ -68,7 +68,7 @@ class Looking {
 
   bool any() const { return used_.size() > 1; }
 
-  // The pairs of one point, found by a random pixel of a random photo. None: no points.
+  // The pairs of one point, chosen by a random pixel of a random photo; pairs.points is 0 if there are none.
   Look At(unsigned seed) const {
     Look look;
     Variogram& sum = look.pairs;
@@ -107,7 +107,7 @@ class Looking {
     }
     if (sights.size() < 2) return look;
     if (sights.size() > kNearest) {
-      // Some of the nearest, and others from anywhere, so that all angles have their pairs.
+      // Half of them are the nearest in angle, the others random, so that all angles have pairs.
       std::ranges::nth_element(sights, sights.begin() + kNearest / 2, {}, &Sight::angle);
       std::shuffle(sights.begin() + kNearest / 2, sights.end(), random);
       sights.resize(kNearest);
@@ -134,10 +134,10 @@ class Looking {
   std::vector<std::size_t> used_;
 };
 
-// Of the leaves times the factor that fits best, which is set: 1 / (1 + noise).
+// Squared error of the leaves' P_same times the factor that fits best; sets `factor`, which is 1 / (1 + noise).
 double ErrorOf(const std::vector<CorrelationBin>& bins, double r_min, double r_max, double& factor) {
   const FallingLeaves leaves(r_min, r_max);
-  // A bin's weight grows with its pairs, and not without bound: neighbouring pairs of a point are no news.
+  // A bin's weight grows slower than its pairs, because pairs of one point are not independent.
   const auto weight = [](const CorrelationBin& b) { return std::sqrt(static_cast<double>(b.pairs)); };
   double pp = 0, pc = 0;
   for (const CorrelationBin& b : bins) {
@@ -155,7 +155,8 @@ double ErrorOf(const std::vector<CorrelationBin>& bins, double r_min, double r_m
   return error / sum;
 }
 
-// What no correlation is: the mean squared difference of the pairs farthest apart. 0: there are none, or none differ.
+// The mean squared difference of uncorrelated photos, from the pairs farthest apart in angle. 0: there are no pairs, or
+// none differ.
 double FarSquare(const Variogram& v) {
   double all = 0, far = 0, far_pairs = 0;
   for (const double n : v.pairs) all += n;
@@ -166,7 +167,7 @@ double FarSquare(const Variogram& v) {
   return far_pairs > 0 ? far / far_pairs : 0;
 }
 
-// 1 - gamma(h) / gamma(far) of the bins with pairs enough; none: nothing differs.
+// 1 - gamma(h) / gamma(far) of the bins with enough pairs; empty: no pairs differ.
 std::vector<CorrelationBin> Correlogram(const Variogram& v) {
   std::vector<CorrelationBin> bins;
   const double far = FarSquare(v);
@@ -177,8 +178,8 @@ std::vector<CorrelationBin> Correlogram(const Variogram& v) {
   return bins;
 }
 
-// Kinds of correlograms by k-means: each row is a node's, `weight` its points. The first is the mean's nearest, each
-// next the one farthest from all before, so that the same rows give the same kinds.
+// Clusters correlograms into kinds by k-means: each row belongs to a node, `weight` is its number of points. The first
+// centre is the mean, each further one the row farthest from all centres before, so that the result is deterministic.
 std::vector<std::uint8_t> Kinds(const std::vector<Eigen::ArrayXd>& row, const std::vector<double>& weight,
                                 std::size_t most) {
   std::vector<std::uint8_t> kind(row.size(), 0);
@@ -220,7 +221,7 @@ std::vector<std::uint8_t> Kinds(const std::vector<Eigen::ArrayXd>& row, const st
   return kind;
 }
 
-// The box of nine tenths of the points along each axis, so that a few far ones do not make nodes rare.
+// The box that holds nine tenths of the points along each axis, so that a few far points do not spread the nodes out.
 NodeGrid GridOver(const std::vector<Look>& looks, int regions) {
   NodeGrid grid;
   Eigen::Vector3d low, high;
@@ -240,7 +241,8 @@ NodeGrid GridOver(const std::vector<Look>& looks, int regions) {
   return grid;
 }
 
-// Sets the kinds and where they are. `whole`: what the scene as a whole has, and what a kind has that cannot be told.
+// Sets found.kinds and by_place. `whole`: the variogram of the whole scene. A kind whose leaves cannot be fitted takes
+// those of the whole scene.
 void FindPlaces(const std::vector<Look>& looks, const Variogram& whole, int regions, MeasuredCorrelation& found) {
   auto places = std::make_shared<LeavesByPlace>();
   places->grid = GridOver(looks, regions);
@@ -252,7 +254,7 @@ void FindPlaces(const std::vector<Look>& looks, const Variogram& whole, int regi
     for (int i = 0; i < 8; ++i)
       if (around.share[i] > 0) node[static_cast<std::size_t>(around.node[i])].Add(l.pairs, around.share[i]);
   }
-  // Rows of the bins that the whole scene has, by their standing there.
+  // Rows over the bins that count in the whole scene, weighted by their pairs there.
   std::vector<Eigen::ArrayXd> row(nodes);
   std::vector<double> weight(nodes);
   std::vector<std::size_t> bin;
@@ -295,7 +297,8 @@ std::optional<MeasuredCorrelation> FitLeaves(const std::vector<CorrelationBin>& 
   if (bins.size() < 3) return std::nullopt;
   MeasuredCorrelation best;
   double least = std::numeric_limits<double>::infinity();
-  // The two radii, each to a quarter of an octave: finer than what they are told to. The lanes want them 1.2 apart.
+  // A grid search over the two radii in steps of a quarter octave, finer than the data determine them. The optimum's
+  // lanes need a ratio of at least 1.2.
   for (double r_max = 0.25 * kRadPerDeg; r_max < 45 * kRadPerDeg; r_max *= std::exp2(0.25))
     for (double share = 1 / 1.2; share > 1e-4; share /= std::exp2(0.25)) {
       double factor = 1;
@@ -321,7 +324,7 @@ std::optional<MeasuredCorrelation> MeasureCorrelation(const Scene& scene, const 
     for (std::size_t i = begin; i < end && !InterruptRequested(); ++i) looks[i] = looking.At(static_cast<unsigned>(i));
   });
   CheckInterrupted();
-  // In the points' order: the same on any number of threads.
+  // Summed in the points' order, so that the result does not depend on the number of threads.
   Variogram sum;
   for (const Look& l : looks) sum += l.pairs;
   auto fit = FitLeaves(Correlogram(sum));

@@ -1,6 +1,6 @@
 // How radiance at a point varies with direction, read off the photos (thesis 8.1.1: "as the data have it"): a variogram
-// over the proxy that is rendered over, and the falling leaves that fit it. What makes two photos differ at a point of
-// a rough proxy is mostly that they show different places; noise and gloss come on top. docs/optimum.md.
+// over the proxy that is rendered over, and the falling leaves that fit it. Two photos differ at a point of a rough
+// proxy mostly because they show different places; noise and gloss add to it. docs/optimum.md.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ struct CorrelationBin {
   long pairs = 0;
 };
 
-// Of some places.
+// The correlation of some places.
 struct CorrelationKind {
   LeavesKind leaves;
   double share = 0;  // of the points
@@ -33,7 +33,7 @@ struct MeasuredCorrelation {
   double rms = 0;                       // of the fit, over the bins by their pairs
   long points = 0;
   std::vector<CorrelationBin> bins;  // ascending
-  // Told apart by place; none: they were not asked for.
+  // Kinds that differ by place; empty: not asked for.
   std::vector<CorrelationKind> kinds;
   std::shared_ptr<const LeavesByPlace> by_place;
 };
@@ -41,8 +41,8 @@ struct MeasuredCorrelation {
 // Points of the proxy at random pixels of the photos in use (empty: all), with the colours of those that see them; the
 // same for the same photos. nullopt: too few pairs to tell (fewer than kLeastPairs in three bins), or photos that do
 // not differ. Photos need their levels; exposures are divided out. Parallel.
-// regions > 1: also kinds and by_place, over a grid with so many nodes along the longest side of nine tenths of the
-// points. What few points say of their node is drawn towards the whole scene.
+// regions > 1: also sets kinds and by_place, over a grid with so many nodes along the longest side of the box of nine
+// tenths of the points. A node with few points is drawn towards the whole scene.
 std::optional<MeasuredCorrelation> MeasureCorrelation(const Scene& scene, const Mesh& proxy,
                                                       const std::vector<Photo>& photos, const std::vector<bool>& use,
                                                       int regions = 1);

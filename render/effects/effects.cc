@@ -19,7 +19,7 @@
 namespace lumi {
 namespace {
 
-// What is looked at: rays of a few of the views. Enough that an effect at one ray in a thousand shows.
+// Evidence is gathered at rays of a few of the views: enough to notice an effect at one ray in a thousand.
 constexpr std::size_t kViews = 8;
 constexpr int kColumns = 24, kRows = 18;
 constexpr int kProbeWidth = 256;
@@ -42,7 +42,8 @@ struct HeldFor<MeasureListOf<M...>> : Held<M>... {
 };
 using Evidence = HeldFor<MeasureList>;
 
-// Pixels a step along the plane's tangents at p, relative to a camera at the origin of M.
+// Jacobian: pixels for a unit step along the tangents e1, e2 of the plane at p, for a camera at the origin with matrix
+// M.
 Eigen::Matrix2d PixelsAStep(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& e1,
                             const Eigen::Vector3d& e2) {
   const Eigen::Vector3d q = M * p;
@@ -60,7 +61,7 @@ Eigen::Matrix3d DepthScaled(const RenderView& view) {
   return M / M.row(2).norm();
 }
 
-// The photos that would be blended if the angle alone counted, and one more.
+// The k + 1 photos nearest in angle.
 std::vector<int> NearestInAngle(const ViewSetup& setup, const std::vector<float>& theta) {
   std::vector<int> order;
   for (int j = 0; j < setup.sources.count; ++j)
@@ -74,8 +75,7 @@ std::vector<int> NearestInAngle(const ViewSetup& setup, const std::vector<float>
   return order;
 }
 
-// How a photo's pixels lie on the proxy's plane at p; n its normal there, e1 and e2 tangents, view_step the view's
-// pixels a step along these.
+// Measures a photo's pixels on the proxy's plane at p, with normal n and tangents e1, e2.
 void MeasurePixels(const RenderView& photo, const ViewSetup& setup, const Eigen::Vector3d& p, const Eigen::Vector3d& n,
                    const Eigen::Vector3d& e1, const Eigen::Vector3d& e2, NearPhoto& out) {
   const Eigen::Matrix3d desired = setup.desired.P.leftCols<3>(), M = DepthScaled(photo);
@@ -130,7 +130,7 @@ void LookAtView(const TracedProxy& proxy, const RenderView& desired, const std::
     if (std::isfinite(t[s]) && t[s] > 0) LookAtRay(proxy, setup, directions[s], t[s], normals[s], e);
 }
 
-// A few of the views.
+// Calls look for about kViews of the views.
 template <typename Look>
 void ForSomeViews(const std::vector<RenderView>& desired, const Look& look) {
   const std::size_t step = std::max<std::size_t>(1, desired.size() / kViews);
@@ -239,7 +239,7 @@ void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::ve
   RenderRequest request;
   request.view = desired;
   request.use = use;
-  // Small: cost is in proportion to the pixels, near enough.
+  // Renders small pictures: the time is nearly proportional to the pixels.
   const double scale = std::min(1.0, static_cast<double>(kProbeWidth) / desired.size_px.x());
   request.view.size_px = (desired.size_px.cast<double>() * scale).array().round().max(1).cast<int>();
   request.view.P.topRows<2>() *= scale;

@@ -1,5 +1,6 @@
-// Which measures a scene calls for: each is switched on by evidence in the data, seen at rays of the views that are to
-// be rendered, or by the user, whose word overrides. What is off is compiled out.
+// Which measures a scene calls for: each is switched on by evidence in the data, gathered at rays of the views that
+// will be rendered, or by the user, who overrides the evidence. A measure that is off is not compiled into kernels and
+// shaders.
 #pragma once
 
 #include <functional>
@@ -16,10 +17,10 @@ namespace lumi {
 struct Effect {
   std::string name;  // a measure's kName
   bool on = false;
-  bool from_photos = false;  // the photos' pixels tell, not the rays of the views to come
+  bool from_photos = false;  // the evidence is in the photos' pixels, not at rays of the views
   std::string evidence;      // a line for people
-  std::string decided_by;    // what decided instead of the evidence, for people; empty: nothing did
-  // A frame, against the same settings without it; 0 where it is off, nullopt: not measured.
+  std::string decided_by;    // what overrode the evidence, for people; empty: nothing did
+  // Time it adds to a frame, against the same settings without it; 0: it is off; nullopt: not measured.
   std::optional<double> cost_ms = {};
 };
 void ListKeys(JsonKeys& j, Effect& effect);
@@ -40,8 +41,8 @@ std::string EffectsHelp();  // of --effects
 // Throws std::invalid_argument for a name that is not among them.
 void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 
-// --effects: auto, none, or a list: those and no others, except where an option of their own has `decided` otherwise.
-// What is listed is decided from here on. Throws UsageError.
+// --effects: auto, none, or a list. A list switches on its effects and all others off, except those that `decided`
+// holds already; all effects then are `decided`. Throws UsageError.
 void ApplyEffectList(const std::string& list, RadianceSettings& settings, Decided& decided);
 
 // `desired`: views that will be rendered (a few are looked at); `use`: as in RenderRequest. `decided`: effects that the
@@ -49,13 +50,12 @@ void ApplyEffectList(const std::string& list, RadianceSettings& settings, Decide
 EffectChoice ChooseEffects(const Scene& scene, const Mesh& proxy, const std::vector<RenderView>& desired,
                            const std::vector<bool>& use, const RadianceSettings& settings, const Decided& decided,
                            const PhotoFacts& photos);
-// The same where each picture is made in a world of its own. `world` gives that of a view; nothing in it is hidden from
-// a photo.
+// The same if each picture is made in a world of its own. `world` gives the world of a view; its proxy hides nothing.
 EffectChoice ChooseEffects(const Scene& scene, const std::vector<RenderView>& desired,
                            const std::function<PictureWorld(const RenderView&)>& world,
                            const RadianceSettings& settings, const Decided& decided, const PhotoFacts& photos);
 
-// Fills cost_ms: renders `desired` small, with and without each effect that is on.
+// Sets cost_ms: renders `desired` at a small size, with and without each effect that is on.
 void MeasureEffects(Renderer& renderer, const RenderView& desired, const std::vector<bool>& use, EffectChoice& choice);
 
 }  // namespace lumi

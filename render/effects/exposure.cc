@@ -12,7 +12,7 @@ namespace {
 constexpr double kHuber = 0.1;  // log units: highlights and occlusions lie beyond
 constexpr double kEnough = 20;  // samples: fewer say nothing of a photo
 
-// Of samples as they are, or corrected. `channel`, `falloff`: one a view.
+// Corrections of samples; nullptr: none. `channel`, `falloff`: one for each view.
 struct SampleCorrection {
   const std::vector<std::array<double, 3>>* channel = nullptr;
   const std::vector<RadialFalloff>* falloff = nullptr;
@@ -88,7 +88,7 @@ Exposures EstimateExposures(const Scene& scene, ProgressSink& sink) {
 void Apply(const Exposures& exposures, const Corrections& corrections, Scene& scene) {
   const std::vector<double>& gain = exposures.Gain(corrections);
   std::vector<PhotoCorrection> of_view(scene.views.size());
-  double scale = 1;  // the darkest that a photo's own colours make white
+  double scale = 1;  // the darkest value at which any photo shows white
   for (std::size_t v = 0; v < of_view.size() && corrections.Any(); ++v) {
     PhotoCorrection& c = of_view[v];
     if (corrections.white_balance) c.channel = exposures.white_balances.of_view[v];

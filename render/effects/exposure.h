@@ -14,7 +14,7 @@
 
 namespace lumi {
 
-// What photos are corrected for where they are read.
+// What photos are corrected for when they are read.
 struct Corrections {
   bool white_balance = false, vignetting = false;
 
@@ -30,7 +30,7 @@ struct Exposures {
 
   WhiteBalances white_balances;
   Vignetting vignetting;
-  // As `gain`, of photos that were corrected.
+  // As `gain`, for photos that were corrected.
   const std::vector<double>& Gain(const Corrections& c) const {
     if (!c.Any()) return gain;
     return gain_corrected[(c.white_balance ? 1U : 0U) + (c.vignetting ? 2U : 0U) - 1U];
@@ -39,11 +39,11 @@ struct Exposures {
 };
 
 Exposures EstimateExposures(const Scene& scene, const std::vector<Photo>& photos);
-// The same for photos that are not in memory: each is read once, and no more at a time than there are threads.
+// The same for photos that are not in memory: each is read once, at most one per thread at a time.
 Exposures EstimateExposures(const Scene& scene, ProgressSink& progress);
 
-// Makes the views ready for photos that are corrected so: their corrections, which LoadPhoto applies, and their gains,
-// which give back the brightness that these take.
+// Prepares the views for photos with these corrections: sets the corrections that LoadPhoto applies, and the gains that
+// restore the brightness they take away.
 void Apply(const Exposures& exposures, const Corrections& corrections, Scene& scene);
 
 }  // namespace lumi

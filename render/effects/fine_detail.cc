@@ -9,7 +9,7 @@
 namespace lumi {
 namespace {
 
-// In steps: sigma of the smoothing that goes with the fine and with the coarse derivative, and of the window over which
+// In units of step_px: sigma of the smoothing of the fine and of the coarse derivative, and of the window over which
 // energies are averaged.
 constexpr double kFineSigma = 0.8, kCoarseSigma = 2.4, kWindowSigma = 4;
 constexpr double kPixelVariance = 1.0 / 12;        // of a pixel's own square
@@ -18,7 +18,7 @@ constexpr double kLeastNoise = 0.3;                // code values: rounding, ave
 
 float Grey(const std::uint8_t* p) { return static_cast<float>(p[0] + p[1] + p[2]) / 3.0F; }
 
-// A Gaussian and its derivative, so scaled that the derivative of a ramp is its slope.
+// A Gaussian and its derivative, scaled so that the derivative of a ramp is its slope.
 struct Kernels {
   int radius;
   std::vector<float> smooth, slope;
@@ -54,11 +54,12 @@ void AddScaled(float factor, const float* values, std::size_t stride, std::vecto
 
 struct Gradients {
   double weaker = 0;  // the smaller eigenvalue of the structure tensor, code values squared per pixel squared
-  double noise = 0;   // what noise makes of it
+  double noise = 0;   // the value that noise alone has
   double mean = 0;    // code value
 };
 
-// Of the photo smoothed by `sigma`, at every `hop`th pixel within 2 `window` of (x, y). nullopt where the photo ends.
+// Gradients of the photo smoothed by `sigma`, at every `hop`th pixel within 2 `window` of (x, y). nullopt if these
+// pixels reach beyond the photo.
 std::optional<Gradients> MeasureGradients(const Image8& photo, double x, double y, double sigma, double window, int hop,
                                           double noise_sigma) {
   const Kernels kernels(sigma);
@@ -118,8 +119,8 @@ double NoiseSigma(const Image8& photo) {
       for (int y = top; y < top + kBlock; ++y) {
         const std::uint8_t *above = photo.Row(y - 1), *here = photo.Row(y), *below = photo.Row(y + 1);
         for (int x = 3 * left; x < 3 * (left + kBlock); x += 3) {
-          // Blind to ramps and to straight edges along the axes (Immerkaer, 1996); of white noise it has 36 times the
-          // variance.
+          // This filter is 0 for ramps and for straight edges along the axes (Immerkaer, 1996); white noise comes out
+          // with 36 times its variance.
           const float d = Grey(above + x - 3) - 2 * Grey(above + x) + Grey(above + x + 3) - 2 * Grey(here + x - 3) +
                           4 * Grey(here + x) - 2 * Grey(here + x + 3) + Grey(below + x - 3) - 2 * Grey(below + x) +
                           Grey(below + x + 3);
@@ -137,7 +138,7 @@ double NoiseSigma(const Image8& photo) {
 
 std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, double y, double step_px,
                                             double noise_sigma) {
-  // Smoothed as much as the photo with the larger pixels is by these and by the kernel.
+  // The same total smoothing as in the photo with the larger pixels, by its pixels and the kernel.
   const auto sigma = [&](double steps) {
     return std::sqrt(step_px * step_px * (steps * steps + kPixelVariance) - kPixelVariance);
   };
@@ -145,7 +146,7 @@ std::optional<FineDetail> MeasureFineDetail(const Image8& photo, double x, doubl
   const auto coarse = MeasureGradients(photo, x, y, sigma(kCoarseSigma), window, 3, noise_sigma);
   if (!coarse || coarse->mean < kTooDark || coarse->mean > kTooBright) return std::nullopt;
   const auto fine = MeasureGradients(photo, x, y, sigma(kFineSigma), window, 1, noise_sigma);
-  // A little of the noise stays: the logarithm of nothing is no measure of anything.
+  // A part of the noise is kept as a lower bound, because the logarithm of 0 is not finite.
   const auto left = [](const Gradients& g) { return std::max(g.weaker - g.noise, 0.25 * g.noise); };
   return FineDetail{std::log(left(*fine) / left(*coarse)),
                     std::log(left(*fine) * step_px * step_px / (coarse->mean * coarse->mean)),

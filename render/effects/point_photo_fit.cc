@@ -13,7 +13,7 @@ PointPhotoFit FitPointsAndPhotos(const std::vector<PhotoSample>& samples, std::s
   PointPhotoFit fit;
   fit.log_photo.assign(photos, 0.0);
   std::vector<double> level(points, 0.0);
-  // Points given photos, photos given points.
+  // Solves the points given the photos, then the photos given the points.
   for (int round = 0; round < options.rounds; ++round) {
     std::vector<double> sum(points, 0.0), count(points, 0.0);
     for (const PhotoSample& s : samples) {

@@ -1,5 +1,5 @@
-// One number a photo, from what photos have in common at scene points: log value = a_point + b_photo, by alternating
-// least squares with Huber weights. Sparse, and well conditioned where tracks overlap.
+// One number for each photo, from values that photos share at scene points: log value = a_point + b_photo, by
+// alternating least squares with Huber weights. Sparse, and well conditioned where tracks overlap.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 namespace lumi {
 
 struct PhotoSample {
-  std::size_t point, photo;  // of any numbering that begins at 0; "photo" may be a part of one
+  std::size_t point, photo;  // numbered from 0; "photo" may also stand for a part of a photo
   double log_value;
 };
 
@@ -21,7 +21,7 @@ struct PointPhotoFit {
 
 struct PointPhotoFitOptions {
   double huber = 0.1;  // log units: residuals beyond count as outliers
-  double prior = 0;    // samples' worth of belief that b is 0
+  double prior = 0;    // strength of the prior b = 0, in samples
   int rounds = 12;     // of points given photos, photos given points
 };
 

@@ -16,26 +16,25 @@ namespace {
 
 constexpr int kGridColumns = 6, kGridRows = 4;
 constexpr int kSightsAView = 400;
-constexpr std::ptrdiff_t kCompared = 4;  // so many of a group are measured, also where most of its photos have enough
-// Photos whose pixels at a point differ by more are not compared there, nor are those that see it from directions
-// farther apart: foreshortening, gloss.
+constexpr std::ptrdiff_t kCompared = 4;  // of each group measured at least, even if its photos have enough sights
+// Photos are not compared at a point if their pixel sizes there differ by more than this factor, or their directions by
+// more than this angle (foreshortening, gloss).
 constexpr double kSameScale = 2.2, kSameSideRad = 0.35;
 constexpr double kFineToNoise = 4;    // fine detail over noise, of the photo that shows most of it
 constexpr double kDetailHuber = 1;    // log units: occlusions and highlights lie beyond
-constexpr double kCellPrior = 8;      // sights: a cell with as many counts half
+constexpr double kCellPrior = 8;      // sights: with this many, a cell's own value counts half
 constexpr double kEnoughSights = 20;  // sights: fewer say nothing of a photo
-// Log units: what photos taken alike differ by, and what is clearly more: a third of the energy.
+// Log units: differences between equally sharp photos, and a difference that is clearly larger (a third of the energy).
 constexpr double kAlike = 0.12, kClearly = 0.4;
-// Log units: photos' contrasts (exposure, haze, gloss) differ by as much; fine detail that misses more is missing
-// because of blur.
+// Log units: contrast (exposure, haze, gloss) may reduce fine detail by this much; a larger deficit is blur.
 constexpr double kContrast = 1.5;
 
 // A point seen by a photo, among photos from about the same side whose pixels are of about the same size there.
 struct Sight {
   std::uint32_t group = 0, view = 0;
   float u = 0, v = 0;  // in the photo, fractions of its width and height
-  double step_px = 1;  // a pixel of the coarsest of the group, in pixels of the photo's level 0
-  bool wanted = true;  // to be measured; others stand in the group as what the photo is compared with
+  double step_px = 1;  // pixel size of the group's coarsest photo, in pixels of this photo's level 0
+  bool wanted = true;  // to be measured; the group's other sights are not
   std::optional<FineDetail> detail;
 
   std::size_t Cell() const {
@@ -89,7 +88,7 @@ void AppendGroups(std::vector<Viewing>& track, std::size_t& groups, std::vector<
           sights.back().step_px = first.pixel_size / viewing.pixel_size;
         }
       ++groups;
-      // Those that have least are measured.
+      // The photos with the fewest sights so far are measured.
       std::stable_sort(sights.begin() + begin, sights.end(),
                        [&](const Sight& x, const Sight& y) { return taken[x.view] < taken[y.view]; });
       for (auto s = sights.begin() + begin; s != sights.end(); ++s) {
@@ -149,7 +148,7 @@ void MeasureSights(std::size_t views, const PhotoOf& photo_of, std::vector<Sight
   });
 }
 
-// Leaves the groups that say something: of two and more that were measured, of which one at least shows texture.
+// Keeps only useful groups: at least two measured sights, of which at least one shows texture.
 void DropPlainGroups(std::size_t groups, std::vector<Sight>& sights) {
   std::vector<int> count(groups, 0);
   std::vector<double> texture(groups, 0.0);
@@ -197,7 +196,7 @@ CellFit FitCells(const std::vector<Sight>& sights, DetailMeasure measure, std::s
   return fit;
 }
 
-// How far photos are below the sharpest ones of the same points, log units: 0 where nothing is known.
+// How much less fine detail photos have than the sharpest ones at the same points, log units; 0 where unknown.
 struct Deficit {
   std::vector<double> photo, photo_error;
   std::vector<double> cell;
@@ -206,7 +205,7 @@ struct Deficit {
 
 Deficit FindDeficit(const std::vector<Sight>& sights, DetailMeasure measure, std::size_t groups, std::size_t views) {
   const CellFit fit = FitCells(sights, measure, groups, views);
-  // The sharpest of each group, as far as that is sure: the largest of many that are known badly would be too large.
+  // The sharpest of each group, less its error: the maximum of many uncertain values would be too large.
   std::vector<double> sharpest(groups, -INFINITY), sum(views * kGridCells, 0.0), count(views * kGridCells, 0.0);
   for (const Sight& s : sights) {
     const std::size_t c = s.view * kGridCells + s.Cell();
@@ -243,7 +242,7 @@ Sharpness CompareSights(std::size_t views, std::size_t groups, std::vector<Sight
   if (sights.empty()) return out;
   const Deficit ratio = FindDeficit(sights, &FineDetail::log_ratio, groups, views),
                 fine = FindDeficit(sights, &FineDetail::log_fine, groups, views);
-  // A photo that has neither fine nor coarse detail left does not show it by their ratio.
+  // Strong blur removes coarse detail, too, which the ratio does not show: the deficit of fine detail then decides.
   const auto worse = [](double by_ratio, double by_fine) { return std::max(by_ratio, by_fine - kContrast); };
   const auto value = [](double deficit) { return std::exp(-std::max(0.0, deficit - kAlike)); };
   std::vector<double> unsharp;

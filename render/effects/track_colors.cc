@@ -13,7 +13,7 @@ namespace {
 constexpr float kDarkest = 16, kBrightest = 240;  // code values: noise below, clipping above
 constexpr int kPointsAView = 400;
 
-// Of each sight of each point, [0, 255]; not a number where its photo is not there.
+// The colour of each sight of each point, [0, 255]; NaN if its photo is not loaded.
 using TrackColors = std::vector<std::vector<Eigen::Vector3f>>;
 
 // The sights of each view: point, and place in its track.
@@ -37,7 +37,7 @@ TrackColors SampleTracks(const Scene& scene, const PhotoReader& photo_of) {
         if (photo.levels.empty()) return;
         for (const auto& [p, k] : sights[v]) {
           const Eigen::Vector2d& x = scene.points[p].track[k].x_px;
-          // A level up: one pixel's noise and a corner's own blur count less.
+          // Sampled between levels 1 and 2 of the pyramid, so that single pixels' noise and blur at corners count less.
           colors[p][k] =
               SamplePhoto(photo, static_cast<float>(x.x() / size.x()), static_cast<float>(x.y() / size.y()), 1.5F);
         }

@@ -12,17 +12,18 @@
 namespace lumi {
 
 struct Vignetting {
-  std::vector<RadialFalloff> of_view;  // that of its lens; none where it is not darker by more than chance (99 %)
+  std::vector<RadialFalloff> of_view;  // that of its lens; none if the corner is not darker by more than chance (99 %)
   double corner = 1;                   // corner over middle, of the lens that shows it most clearly
-  double noise = 1;  // what that may be by chance alone (99 %), <= 1; 0 where the data say nothing of any lens
+  double noise = 1;  // the corner that chance alone may give (99 %), <= 1; 0: the data determine no lens
   bool Seen() const { return corner < 0.97 && corner < noise; }  // 3 %: seven code values in full white
 };
 
-// `lens_of_view`: numbers from 0; -1: of no lens that is known.
+// `lens_of_view`: lens numbers from 0; -1: unknown.
 Vignetting EstimateVignetting(const std::vector<ColorSample>& samples, const std::vector<int>& lens_of_view);
 
-// Cameras of one photo size, and of one focal length to 5 %, are one lens: reconstructions often give each photo a
-// camera of its own. -1: of a lens with fewer than sixteen photos, or beyond the eight of most photos.
+// Cameras with the same photo size and the same focal length (to 5 %) count as one lens, because reconstructions often
+// give each photo its own camera. -1: the lens has fewer than sixteen photos, or is not among the eight with most
+// photos.
 std::vector<int> LensesOfViews(const Scene& scene);
 
 }  // namespace lumi

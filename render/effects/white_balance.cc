@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kRatioHuber = 0.1;   // log units: coloured highlights and occlusions lie beyond
 constexpr int kRatioRounds = 60;      // a cast that drifts slowly along a video passes through many short tracks
-constexpr double kEnoughRatios = 20;  // samples: fewer say nothing of a photo
-constexpr double kMostRatio = 2;      // a photo beyond is no photo of a camera's white balance
+constexpr double kEnoughRatios = 20;  // samples: a photo with fewer is unknown
+constexpr double kMostRatio = 2;      // a larger ratio is not a camera's white balance
 
 struct RatioFit {
   PointPhotoFit fit;

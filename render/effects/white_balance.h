@@ -14,7 +14,7 @@ struct WhiteBalances {
   // One a view, RGB: geometric mean 1 over the channels, and of each ratio over the views; 1 where nothing is known.
   std::vector<std::array<double, 3>> of_view;
   double spread = 1;  // largest over smallest ratio of two channels of the views that are known well
-  double noise = 1;   // what that would be by chance alone (99 %)
+  double noise = 1;   // the spread that chance alone gives (99 %)
   // 2 %: five code values in full white, where a cast begins to show beside another.
   bool Differ() const { return spread > 1.02 && spread > noise; }
 };

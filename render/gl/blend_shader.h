@@ -1,5 +1,5 @@
 // The text of the shaders that draw a lumigraph. The blend shader evaluates the weights of render/radiance/weights.h at
-// every pixel; tests/render hold it to them. What a variant has switched off is not compiled.
+// every pixel; tests in tests/render compare the two. A measure that is switched off is not compiled into a variant.
 #pragma once
 
 #include <string>
@@ -17,8 +17,8 @@ const std::string& FullScreenVertexShader();
 
 // Which cameras a pixel looks at.
 enum class CameraLists {
-  kTiles,  // CullComputeShader's, or all where there are none
-  kCells,  // a CandidatePlan's
+  kTiles,  // the lists of CullComputeShader; all cameras if there are none
+  kCells,  // the lists of a CandidatePlan
 };
 
 struct BlendVariant {
@@ -32,9 +32,9 @@ struct BlendVariant {
   Correlation correlation = Correlation::kInverse;
   bool field_of_view = true;
   bool visibility = false;
-  MeasureSet terms;                       // of h that depend on the ray
-  Resolution stretch = Resolution::kOff;  // how the terms that read it have it
-  bool photo_terms = false;               // h has terms that do not
+  MeasureSet terms;                       // the terms of h that depend on the ray
+  Resolution stretch = Resolution::kOff;  // how terms that read the stretch compute it
+  bool photo_terms = false;               // h has terms that do not depend on the ray
   bool exposure = false;
   bool prefilter = true;
   auto operator<=>(const BlendVariant&) const = default;
@@ -45,9 +45,9 @@ std::string BlendFragmentShader(const BlendVariant& variant);
 // Rows of four floats that a camera takes.
 int CameraRows(const BlendVariant& variant);
 
-// A compute shader, an invocation a tile: lists the cameras that see anything of the proxy in a tile, those first that
-// can be nearest in angle. A pixel goes through its tile's list until what follows is farther than its k + 1st: it
-// looks at every camera that could matter, so that the picture is the same with lists and without.
+// A compute shader with one invocation per tile: lists the cameras that see anything of the proxy in the tile, sorted
+// by the least angle they may have there. A pixel goes through its tile's list until all that follow are farther than
+// its k + 1st camera, so it looks at every camera that could matter: the picture is the same with lists and without.
 std::string CullComputeShader(const BlendVariant& variant);
 constexpr int kTilePx = 16;  // a tile's side
 constexpr int kTilesPerGroup = 32;

@@ -32,7 +32,7 @@ struct EglContext::Impl {
   EGLContext context = EGL_NO_CONTEXT;
   EGLSurface surface = EGL_NO_SURFACE;  // 1x1, where the display needs one
 
-  // Whether `candidate` gives a context; the display is left as it was where it does not.
+  // Whether `candidate` gives a context; if not, the display is left as it was.
   bool Try(EGLDisplay candidate, std::string& why) {
     if (candidate == EGL_NO_DISPLAY || !eglInitialize(candidate, nullptr, nullptr)) {
       why = "no EGL display could be initialised";
@@ -110,7 +110,7 @@ EglContext::EglContext() : impl_(std::make_unique<Impl>()) {
 EglContext::~EglContext() {
   if (impl_->surface != EGL_NO_SURFACE) eglDestroySurface(impl_->display, impl_->surface);
   if (impl_->context != EGL_NO_CONTEXT) eglDestroyContext(impl_->display, impl_->context);
-  // The display stays initialised: it is one a process, and another context may use it.
+  // The display stays initialised: a process has only one, and another context may use it.
 }
 
 EglContext::Current::Current(const EglContext& context)

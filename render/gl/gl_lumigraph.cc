@@ -139,7 +139,7 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   const auto count = static_cast<unsigned>(sources_.views.size());
   const unsigned most = static_cast<unsigned>(uniform_capacity_ / CameraRows(variant));
   variant.cameras_in_uniforms = count <= most;
-  // In steps, so that the driver finds in its cache what it compiled for another scene.
+  // Rounded up in steps, so that the driver can reuse a shader it compiled for another scene.
   variant.camera_capacity = 1;
   if (variant.cameras_in_uniforms)
     variant.camera_capacity = static_cast<int>(std::min(std::bit_ceil(std::max(count, kLeastCapacity)), most));
@@ -223,7 +223,7 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const RadianceSettings& s = request.settings;
   const bool interpolated = s.Sparse() && s.sampling == Sampling::kInterpolated;
   const bool cells =
-      s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // of all photos there is nothing to choose
+      s.Sparse() && s.sampling == Sampling::kCandidates && s.k > 0;  // k "all" leaves no photos to choose
   RequireDrawnByGl(s);
   if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
@@ -260,7 +260,7 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   const int tile_count = tiles.prod();
   const std::size_t tile_words = packed_views_.size() + 1,
                     all_words = tile_words * static_cast<std::size_t>(tile_count);
-  // Without the field of view a photo counts where it does not see, too.
+  // With field of view off, a photo also counts where it does not see the point, so tiles cannot leave it out.
   const bool culling = culling_ && request.settings.field_of_view && all_words <= max_list_words_;
   if (const std::size_t words = culling ? all_words : 1; words > list_words_) ReserveLists(words);
   for (const GlProgram* p : {&programs.blend, &programs.cull}) {
@@ -314,7 +314,7 @@ void GlLumigraph::BeginTriangles(const RenderRequest& request, const ViewSetup& 
                                  GlTarget& target) {
   SparseVariant variant;
   const BlendVariant all = VariantFor(request);
-  // What the plan has decided already makes no difference here.
+  // Settings that only the plan reads do not distinguish these shaders.
   variant.blend.k = 0;
   variant.blend.false_color = all.false_color;
   variant.blend.groups = all.groups;

@@ -32,13 +32,13 @@ class GlLumigraph {
   GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px);
 
   void SetProxy(const Mesh& proxy);  // replaces the one before; throws std::invalid_argument (Validate)
-  // With the maps of what each photo sees of it (empty: it hides nothing) and, where there is one, its tracer, made
-  // elsewhere as they take their time. Both are shared, not copied.
+  // With its visibility maps (empty: it hides nothing) and, if there is one, its tracer. Both are slow to make, so the
+  // caller may make them elsewhere; they are shared, not copied.
   void SetProxy(const Mesh& proxy, std::shared_ptr<const VisibilityMaps> maps,
                 std::shared_ptr<const ProxyTracer> tracer = nullptr);
   void SetCameras(
       const Sources& cameras);  // as many, where poses, exposures or grids changed; a proxy in their world must follow
-  void Upload(ViewId view, const Photo& photo);  // may replace one, no larger than was planned
+  void Upload(ViewId view, const Photo& photo);  // may replace a photo; no larger than planned
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
   int photo_count() const { return loaded_; }
@@ -58,7 +58,7 @@ class GlLumigraph {
   // Blends rows [first, last) of the picture begun last, in the same target.
   void Blend(GlTarget& target, int first_row, int last_row);
 
-  // Of the picture begun last; blend_ms is left to the caller.
+  // Statistics of the picture begun last; the caller fills blend_ms.
   const RenderStatistics& statistics() const { return statistics_; }
 
   // Whether pixels look at their tile's cameras only (CullComputeShader), on unless set. The picture is the same.

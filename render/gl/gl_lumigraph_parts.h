@@ -7,7 +7,7 @@
 
 namespace lumi {
 
-// What no shader reads at once, and is of another kind, shares a unit.
+// Textures of different types that no shader reads together share a unit.
 enum TextureUnit {
   kDepthUnit,
   kPlaceUnit,

@@ -59,8 +59,8 @@ class GlProgram {
   unsigned id_ = 0;
 };
 
-// These bytes in a buffer, which is made where there is none and stays bound. It gets a new store: the one before may
-// still be read. `data` nullptr: room for them.
+// Fills a buffer, which is created if needed and stays bound. It gets new storage, because draws in progress may still
+// read the old one. `data` nullptr: the storage is only allocated.
 void FillBuffer(unsigned target, GlBuffer& buffer, const void* data, std::size_t bytes);
 template <typename T>
 void FillBuffer(unsigned target, GlBuffer& buffer, const std::vector<T>& data) {

@@ -28,7 +28,7 @@ class Context {
 
 class GlRenderer final : public WorldRenderer {
  public:
-  // own: a context of its own; else whatever is current, here and whenever it is called.
+  // own: make a context of its own; else use the context that is current, here and at every later call.
   GlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, bool own)
       : photos_(photos), context_(own ? std::make_unique<EglContext>() : nullptr) {
     const Context current(context_);
@@ -37,7 +37,7 @@ class GlRenderer final : public WorldRenderer {
       sizes.push_back(photos[i].levels.empty()
                           ? world->sources.views[i].size_px
                           : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
-    // Into members only when complete: what goes on failure goes while the context is current.
+    // Moved into members only when complete: on failure, GL objects must be destroyed while the context is current.
     auto lumigraph = std::make_unique<GlLumigraph>(world->sources, sizes);
     Show(std::move(world), *lumigraph);
     target_ = std::make_unique<GlTarget>();

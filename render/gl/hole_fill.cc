@@ -77,7 +77,7 @@ GlHoleFill::Level::Level(unsigned format, const Eigen::Vector2i& capacity)
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.id(), 0);
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw std::logic_error("the framebuffer of a level of the fill is incomplete");
-  // What lies beside a smaller picture is interpolated with weight 0, which makes a number of anything but NaN.
+  // Texels outside a smaller picture are interpolated with weight 0, which is harmless unless they are NaN.
   const float nothing[4] = {0, 0, 0, 0};
   glDisable(GL_SCISSOR_TEST);
   glClearBufferfv(GL_COLOR, 0, nothing);

@@ -39,7 +39,7 @@ int TextureCount(const std::vector<SizeClass>& classes, int max_layers) {
   return n;
 }
 
-// Joins the two classes that waste least by it.
+// Merges the two classes whose merging wastes least memory.
 void MergeCheapest(std::vector<SizeClass>& classes) {
   std::size_t best_a = 0, best_b = 1;
   double best = std::numeric_limits<double>::infinity();

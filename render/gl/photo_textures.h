@@ -11,7 +11,7 @@
 
 namespace lumi {
 
-// So many textures, and layers of each, that a place fits 16 bits (RecordPlace).
+// Limits chosen so that a photo's group and layer fit into 16 bits (RecordPlace).
 constexpr int kMaxPhotoGroups = 32, kMaxPhotoLayers = 2048;
 
 // Where a photo lies.

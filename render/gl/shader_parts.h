@@ -38,7 +38,7 @@ std::string Photos();
 
 // bool OpenAt(vec2 pixel), which sets the ray that the measures read, false where it misses the proxy; float Theta(vec4 D).
 std::string Rays();
-// What a blend shader has beside these: the candidates, the search for the k nearest, main().
+// The rest of a blend shader: the candidates, the search for the k nearest, main().
 std::string Blending();
 
 }  // namespace lumi::shader

@@ -61,7 +61,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
   const Eigen::Vector3f axis = setup.desired.P.row(2).head<3>().transpose().cast<float>();
   const std::vector<Source> sources = SourcesOf(setup, views, photos);
 
-  // Triangles by the program that draws them: how many layers, whether photos end.
+  // Sorts triangles by the program that draws them: by number of layers, and by whether photos end in them.
   projections_.clear();
   places_.clear();
   overlapping_ = false;
@@ -93,7 +93,7 @@ void SparseDrawing::Upload(const SparsePlan& plan, const ViewSetup& setup, std::
         q[v] << scale * p.M * (x[v] - p.centre) * inverse_depth[v], plan.weight[static_cast<std::size_t>(e)][v];
     }
     first[i + 1] = static_cast<std::uint32_t>(places_.size());
-    // A shader of many long look-ups takes the driver long to compile: those loop.
+    // Drivers compile many unrolled look-ups slowly: photos in parts of layers are drawn by the shader with a loop.
     const int layers =
         base.blend.whole_layers || base.blend.false_color ? LayersFor(static_cast<int>(first[i + 1] - first[i])) : 0;
     const std::size_t kind = 2 * static_cast<std::size_t>(layers) + (triangle.inside ? 0U : 1U);

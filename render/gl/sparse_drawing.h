@@ -20,8 +20,8 @@ namespace lumi {
 class SparseDrawing {
  public:
   // Replaces what was there. `views`: the cameras as they were packed (PackCameras); photos that are not among them
-  // have no weight. `base`: the variant without what single triangles need. Throws MachineError where the driver's
-  // buffers are too small.
+  // have no weight. `base`: the variant, without the fields that depend on a triangle. Throws MachineError where the
+  // driver's buffers are too small.
   void Upload(const SparsePlan& plan, const ViewSetup& setup, std::span<const int> views, const PhotoTextures& photos,
               const SparseVariant& base);
 

@@ -9,7 +9,7 @@
 
 namespace lumi {
 
-// What a triangle's pixels do with a photo that ends.
+// What a triangle's pixels do at a photo's border.
 enum class PhotoEnds {
   kNever,    // every photo of the triangle contains all of it
   kFeather,  // its weight fades, the others take over
@@ -19,14 +19,14 @@ enum class PhotoEnds {
 struct SparseVariant {
   BlendVariant blend;  // false_color, groups, whole_layers, cameras_*, exposure and prefilter count
   PhotoEnds ends = PhotoEnds::kNever;
-  bool negative = false;  // weights may be (the optimum's)
+  bool negative = false;  // weights may be negative (the optimum's)
   int layers = 0;         // photos a triangle, at most; 0: any number, looked up pixel by pixel
   auto operator<=>(const SparseVariant&) const = default;
 };
 
-// Beyond this many photos the rasteriser has no room for what is interpolated.
+// The most photos whose interpolated values the rasteriser has room for.
 constexpr int kMaxLayers = 12;
-// The shader that draws a triangle of `photos`: few shaders, and few layers in vain.
+// The layers of the shader that draws a triangle of `photos`: few different shaders, few unused layers.
 constexpr int LayersFor(int photos) {
   for (const int n : {2, 3, 4, 5, 6, 8, 10, kMaxLayers})
     if (photos <= n) return n;

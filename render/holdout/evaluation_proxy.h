@@ -1,5 +1,5 @@
-// Which proxy a held-out photo is rendered over. A proxy that was made of all photos has seen the one that it is judged
-// by; where the scene has one that was made without it, that one stands in.
+// Which proxy a held-out photo is rendered over. A proxy made from all photos has already seen the held-out photo; if
+// the scene has a proxy made without that photo, it is used instead.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,10 @@
 
 namespace lumi {
 
-// The name of the proxy over which `photo` is rendered in an evaluation of `name`; `name` itself where no other stands
-// in.
-// holdout N: NAME-without-N; else NAME-without-M of the largest M that divides N, whose photos are more and hold all of
-// N's (of either fold). kHoldoutEach: NAME-without-each-K-of-5, K = photo mod 5, where all five are there (of fewer
-// `photos` than that, as many).
+// The name of the proxy over which `photo` is rendered in an evaluation of `name`; `name` itself if there is no other.
+// holdout N: NAME-without-N, else NAME-without-M for the largest M that divides N: its held-out photos include all of
+// N's (of either fold). kHoldoutEach: NAME-without-each-K-of-5, K = photo mod 5, if all five exist (with fewer
+// `photos`, that many).
 std::string ProxyFor(const std::filesystem::path& scene_folder, const std::string& name, int holdout, ViewId photo,
                      int photos = kProxiesForEach);
 

@@ -23,7 +23,7 @@ namespace lumi {
 
 namespace {
 
-// What a photo's own time adds to its distance.
+// What a photo's difference in time adds to its distance.
 double TimeTerm(const View& wanted, const View& v, const RadianceSettings& settings) {
   if (!settings.time || !v.time_s || !wanted.time_s) return 0;
   double dt = *v.time_s - *wanted.time_s;
@@ -35,11 +35,11 @@ double TimeTerm(const View& wanted, const View& v, const RadianceSettings& setti
          static_cast<double>(TimeDissimilarity(static_cast<float>(dt), shape));
 }
 
-// Where there are no distances: those of the world of the view's own vanishing points, in which what it sees is at
-// depth 1.
+// For scenes without distances: takes them in the world of the view's own vanishing points, in which the points it sees
+// have a median depth of 1.
 ViewId NearestByVanishingPoints(const Scene& scene, ViewId view, const std::vector<bool>& use,
                                 const RadianceSettings& settings) {
-  ViewId best;  // in the order of names, where nothing else is known
+  ViewId best;  // the nearest in the order of names, if nothing else is known
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(use.size()); ++i)
     if (use[static_cast<std::size_t>(i)] &&
         (best.value < 0 || std::abs(i - view.value) < std::abs(best.value - view.value)))
@@ -108,7 +108,7 @@ RenderView PhotosView(const Scene& scene, const View& view, const Eigen::Vector2
     v.size_px = size_px;
   }
   v.time_s = view.time_s;
-  // How its camera showed colours is part of what is known of the photo, as its pose is.
+  // A held-out photo's colour correction counts as known, as its pose does.
   v.gain = view.gain;
   v.correction = view.correction;
   return v;
@@ -134,7 +134,7 @@ Image8 ObjectMask(const Scene& scene, const View& view, Eigen::Vector2i size_px)
   return mask;
 }
 
-// The pixels that figures are taken over beside all of them; empty: such figures are not given.
+// Masks of the pixels for further figures; empty: no such figures.
 struct HoldoutMasks {
   Image8 object, seen;
 };
@@ -147,7 +147,7 @@ HoldoutScore Score(const ImageF& image, const Image8& rendered, const Image8& ph
   return score;
 }
 
-// Of those that there are.
+// The mean of the values that exist.
 class MeanOfSome {
  public:
   void Add(const std::optional<double>& value) {

@@ -1,7 +1,7 @@
-// How good the lumigraph is where it can be checked: photos 0, N, 2N ... (or each in turn) rendered from the others and
-// compared with what was photographed, over all pixels, a hole counting as black, and over the pixels that at least two
-// of the others see; beside it the nearest photo alone, reprojected through the same proxy. Renders are compared as
-// they come from the renderer, rounded to 8 bits: never what was written and read again.
+// Held-out error: photos 0, N, 2N ... (or each in turn) are rendered from the others and compared with the photographs,
+// over all pixels (a hole counts as black) and over the pixels that at least two of the others see. The baseline is the
+// nearest photo alone, reprojected through the same proxy. Renders are compared as they come from the renderer, rounded
+// to 8 bits, never as files that were read back.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ constexpr int kHoldoutEach = -1;
 
 struct HoldoutOptions {
   int n = 8;                  // every n-th photo is held out; or kHoldoutEach
-  Fold fold = Fold::kReport;  // of kHoldoutEach there is only one
+  Fold fold = Fold::kReport;  // kHoldoutEach has only one
   int width_px = 0;           // 0: the photo's own size
   RadianceSettings settings;
   bool own_times = true;         // each view is rendered at its photo's time, where it has one; else at settings.time_s
@@ -29,9 +29,10 @@ struct HoldoutOptions {
 
 struct HoldoutScore {
   double psnr_db = 0, ssim = 0, coverage = 0;
-  // Over the object's pixels, where the scene has the photo's silhouette: what lies around it no hull can show.
+  // Over the object's pixels, if the scene has the photo's silhouette: a hull cannot show the background.
   std::optional<double> psnr_object_db = {};
-  // Over the pixels that at least two of the photos in use see; none where there is no such pixel, or nobody asked.
+  // Over the pixels that at least two of the photos in use see; none if there is no such pixel, or it was not asked
+  // for.
   std::optional<double> psnr_seen_db = {};
 };
 
@@ -51,14 +52,14 @@ struct HoldoutSummary {
   HoldoutScore mean, nearest_mean;  // over the views; the object's and the seen pixels' over those that have them
   std::optional<double> seen;       // mean
   double ms_per_frame = 0;          // median
-  long samples = 0;       // rays at which weights were computed, and what the optimum says of them: sums over the
-  OptimumCounts optimum;  // held-out views, without the baseline
+  long samples = 0;                 // rays at which weights were computed, and the optimum's counts: sums over the
+  OptimumCounts optimum;            // held-out views, without the baseline
   std::vector<HoldoutView> views;
 };
 
 // The photo closest to `view` among those not held out: the angle the baseline subtends at the view's median point
 // depth plus the angle between the optical axes (without a metric in the world of the view's own vanishing points),
-// plus, where the settings count time, what its own time is off, as rays are weighed.
+// plus, if the settings count time, the time term that rays are weighed with.
 ViewId NearestPhoto(const Scene& scene, ViewId view, const std::vector<bool>& use, const RadianceSettings& settings);
 
 // The photo's own view at this size, with its time and exposure.
@@ -71,12 +72,12 @@ struct DesiredViews {
   std::vector<RenderView> views;
   std::vector<bool> use;
 };
-// A fold's views at most this wide, from all other photos; from all where nothing is left. Of kHoldoutEach those of
-// every fifth photo, from all that are not: a view among the photos that it is rendered from would show itself.
+// A fold's views at most this wide, rendered from all other photos, or from all if no others are left. kHoldoutEach:
+// the views of every fifth photo, from all the others: a view that may use its own photo would only show that photo.
 DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px);
-// The photos that a fold is rendered from: none of its own; for the choosing fold nor any of the reporting one (what is
-// chosen must not have seen the photos that are reported on), unless that leaves less than half of all. Throws
-// DataError where nothing is left.
+// The photos that a fold is rendered from: none of its own. The choosing fold also leaves out the reporting one
+// (settings must not be chosen with photos that are reported on), unless that leaves less than half of all photos.
+// Throws DataError if nothing is left.
 std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold);
 
 // What a held-out photo is rendered with.
@@ -85,13 +86,13 @@ struct HoldoutRenderer {
   // The pixels of a view that at least two of these photos see (SeenPixels::Mask); empty: no figures over them.
   std::function<Image8(const RenderView& view, const std::vector<bool>& use)> seen = {};
 };
-// Photos may have renderers of their own: a proxy that was made without one photo has seen another. `renderer_of` is
-// asked once a photo, in order; of kHoldoutEach all photos that share a proxy (photo mod kProxiesForEach) come one
-// after another. What it returned before need not last. Throws DataError where too few photos are left.
+// Photos may need different renderers, because each proxy was made without other photos. `renderer_of` is called once
+// for each photo, in order; for kHoldoutEach, all photos that share a proxy (photo mod kProxiesForEach) follow one
+// another. Its earlier results need not stay valid. Throws DataError if too few photos are left.
 using HoldoutRendererOf = std::function<HoldoutRenderer(ViewId photo)>;
 HoldoutSummary EvaluateHoldout(const Scene& scene, const HoldoutRendererOf& renderer_of, const HoldoutOptions& options,
                                ProgressSink& progress);
-// All with this one, without the figures over seen pixels.
+// The same with one renderer for all photos, without the figures over seen pixels.
 HoldoutSummary EvaluateHoldout(const Scene& scene, Renderer& renderer, const HoldoutOptions& options,
                                ProgressSink& progress);
 

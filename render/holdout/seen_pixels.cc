@@ -32,7 +32,7 @@ struct SeenPixels::Rays {
   std::vector<float> distance;
   std::vector<Eigen::Vector3d> points;  // in the normalised frame
   std::vector<int> pixels, seen_by;     // of points
-  std::vector<std::size_t> asked;       // points that a photo may see
+  std::vector<std::size_t> asked;       // indices of points that a photo may see
 };
 
 SeenPixels::SeenPixels(const PictureWorld& world)
@@ -48,7 +48,7 @@ Image8 SeenPixels::Mask(const RenderView& view, const std::vector<bool>& use) co
   for (std::size_t j = 0; j < photos_.size(); ++j)
     if ((use_.empty() || use_[j]) && (use.empty() || use[static_cast<std::size_t>(photos_[j])]))
       cameras.push_back(static_cast<std::int32_t>(j));
-  // Neighbours see most of the picture, and the others are then not asked.
+  // Near cameras first: they see most of the picture, and the others then need not be tested.
   const auto distance = [&](std::int32_t j) {
     return (sources_.views[static_cast<std::size_t>(j)].centre - v.centre).squaredNorm();
   };

@@ -41,7 +41,7 @@ void Lumigraph::RequireExposure() {
   }
 }
 
-// What needs distances, or angles that are true.
+// Throws for options that need metric distances or angles.
 void Lumigraph::RequireNothingMetric(const std::string& proxy) const {
   const std::string frame(Name(scene_.frame));
   if (!proxy.empty() && proxy != kPerViewProxy)
@@ -66,7 +66,7 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     PerViewOptions own;
     own.nominal_focal_px = options_.nominal_focal_px;
     per_view_.emplace(scene_, own);
-    // What a photo sees of a surface made for another view is not known.
+    // Which photos see a surface that was made for another view is unknown.
     if (decided_.Has("visibility") && settings_.visibility)
       throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
     settings_.visibility = false;
@@ -88,12 +88,12 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
   settings_.time_s = *options_.phase * settings_.period_s;
 }
 
-// Bytes that options.memory_mb leaves to photos where they do not fit; nullopt: all of them may be held.
+// Bytes that options.memory_mb leaves for photos, if not all of them fit; nullopt: all may be held.
 std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
   if (options_.memory_mb < 0 || !one_mesh()) return std::nullopt;
-  // Which reads all of them: only who asked for a limit gets to hear of it.
+  // Measuring the correlation reads all photos: only an explicit limit that they exceed is an error.
   if (options_.memory_mb == 0 && settings_.correlation == Correlation::kMeasured) return std::nullopt;
-  constexpr double kShare = 0.6;  // of what is free, where nobody said
+  constexpr double kShare = 0.6;  // of the free memory, if no limit is given
   constexpr std::size_t kMb = 1 << 20;
   constexpr std::size_t kOthers = 320 * kMb;  // visibility maps and pictures, which come later
   constexpr std::size_t kLeast = 4 * kMb;
@@ -116,7 +116,7 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
   }
   const auto wanted = [&](std::string_view effect) { return !decided_.Has(effect) || IsOn(settings_, effect); };
   SetEstimates(EstimateFromPhotos(scene_, one_mesh() && !cache_ ? &photos_ : nullptr, wanted, sink));
-  // As LoadPhoto would give them now.
+  // Corrects the photos as LoadPhoto would from now on.
   if (corrections_.Any())
     ParallelFor(photos_.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -144,7 +144,7 @@ void Lumigraph::Correct(const PhotoEstimates& estimates, const Corrections& corr
 
 void Lumigraph::SetSettings(const RadianceSettings& settings) {
   settings_ = settings;
-  // The photos are read already.
+  // The photos were already read with these corrections.
   settings_.white_balance = corrections_.white_balance;
   settings_.vignetting = corrections_.vignetting;
   if (corrections_.Any()) settings_.exposure = true;
@@ -155,7 +155,7 @@ void Lumigraph::TakeCorrelation(const std::vector<bool>& use) {
       (settings_.correlation != Correlation::kMeasured || settings_.similarity != Similarity::kFull) && !correlation_)
     throw UsageError("--correlation-regions goes with --correlation measured and --similarity full");
   if (settings_.correlation != Correlation::kMeasured) return;
-  // A file of settings names all of them, most as they are by default.
+  // A settings file names all of them, so default values are accepted.
   const RadianceSettings usual;
   if (settings_.r_min_rad != usual.r_min_rad || settings_.r_max_rad != usual.r_max_rad ||
       settings_.noise != usual.noise)

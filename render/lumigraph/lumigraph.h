@@ -1,6 +1,6 @@
 // A lumigraph: a scene opened for rendering, with its proxy (one mesh, or one a picture), photos, exposures, clock, and
-// the measures that were chosen for it. Whoever makes pictures opens this one; what differs is where the views come
-// from.
+// the measures that were chosen for it. Every program that makes pictures opens one; they differ in where the views
+// come from.
 //
 //   Lumigraph lumigraph(options, sink);
 //   lumigraph.MakePictures("", false);
@@ -40,18 +40,18 @@ struct LumigraphOptions {
   std::optional<int>
       window_frames;  // photos to either side in time that a picture may use, -1: all; default: 5 for videos, else all
   double nominal_focal_px =
-      0;  // of pictures with a proxy of their own, where the scene has no metric; 0: 1.2 x their longer side
+      0;                 // for pictures with their own proxy in a scene without a metric; 0: 1.2 x their longer side
   BorderOptions border;  // of pictures with a proxy of their own
   bool rescale_cameras = false;
-  // Of the whole process, about: photos that do not fit into what it leaves them are read as pictures need them. 0: six
-  // tenths of what is free; -1: all photos are held.
+  // Memory of the whole process, about. Photos that do not fit into it are read when pictures need them. 0: six tenths
+  // of the free memory; -1: all photos are held.
   int memory_mb = -1;
 };
 
 class Lumigraph {
  public:
-  // Opens the scene. Throws UsageError for effects that there are not, and for what needs distances in a scene without
-  // a metric; DataError for a scene without photos.
+  // Opens the scene. Throws UsageError for unknown effects, and for options that need distances in a scene without a
+  // metric; DataError for a scene without photos.
   Lumigraph(const LumigraphOptions& options, ProgressSink& sink);
   Lumigraph(const Lumigraph&) = delete;
   Lumigraph& operator=(const Lumigraph&) = delete;
@@ -59,22 +59,21 @@ class Lumigraph {
   // projection matrices, or of a scene without a metric. Throws UsageError for options that do not go with the proxy,
   // InputError for a mesh that cannot be read, DataError (PerViewProxy).
   void MakePictures(const std::string& proxy, bool along_matrices);
-  // Of one_mesh(): this one in place of the proxy that MakePictures read, under that one's name, in what is made from
-  // now on: for an evaluation, one that was made without the photos it is judged by.
+  // one_mesh() only: from now on, this mesh replaces the proxy that MakePictures read, and keeps its name. Evaluations
+  // use it for a proxy that was made without the held-out photos.
   void StandIn(Mesh mesh) { mesh_ = std::move(mesh); }
-  // The photos, where every picture may use them all, and what is read off them, unless the user decided that it does
-  // not count.
+  // Reads the photos if every picture may use all of them, and makes the estimates from them that the user did not
+  // switch off.
   void ReadPhotos(ProgressSink& sink);
   void SetEstimates(const PhotoEstimates& estimates);
-  // What photos are corrected for from now on, as LoadPhoto reads them; by these estimates, which are the last ones
-  // set.
+  // Sets what LoadPhoto corrects photos for from now on. `estimates`: those that were set last.
   void Correct(const PhotoEstimates& estimates, const Corrections& corrections);
-  // The measures that these views, of these photos (empty: all), call for, where nobody decided otherwise; settings()
-  // has them then.
+  // Switches on the measures in settings() that the views `desired`, rendered from the photos `use` (empty: all), call
+  // for, except where the user decided.
   void ChooseMeasures(const std::vector<RenderView>& desired, const std::vector<bool>& use);
-  // What the data alone call for.
+  // The measures that the data call for, whatever the user decided.
   EffectChoice MeasuresCalledFor(const std::vector<RenderView>& desired) const;
-  // Of these, the ones that the photos alone tell (Effect::from_photos); the others' evidence is of no ray.
+  // The same without views: only effects with Effect::from_photos have valid evidence.
   EffectChoice MeasuresCalledForByPhotos() const;
 
   const Scene& scene() const { return scene_; }
@@ -83,20 +82,20 @@ class Lumigraph {
   const Mesh& mesh() const { return mesh_; }  // of one_mesh()
   const std::string& proxy_name() const { return proxy_name_; }
   const Corrections& corrections() const { return corrections_; }  // that the photos were read with
-  // Of one_mesh(); else pictures read their own. With a cache those are there that the last picture was blended from.
+  // one_mesh() only; else each picture reads its own photos. With a cache, only the photos that it holds have levels.
   const std::vector<Photo>& photos() const { return cache_ ? cache_->photos() : photos_; }
-  // Where the photos do not fit into options.memory_mb.
+  // nullptr if the photos fit into options.memory_mb.
   const PhotoCache* cache() const { return cache_ ? &*cache_ : nullptr; }
   int reach() const { return reach_; }  // photos to either side in time that a picture may use; -1: all
 
   const RadianceSettings& settings() const { return settings_; }
   void SetSettings(const RadianceSettings& settings);
-  // What settings().correlation kMeasured came to; none: nobody asked.
+  // The result of settings().correlation kMeasured; none: not asked for.
   const std::optional<MeasuredCorrelation>& correlation() const { return correlation_; }
   const Decided& decided() const { return decided_; }
   const std::vector<Effect>& effects() const { return effects_; }
   std::vector<Effect>& effects() { return effects_; }
-  bool own_times() const { return own_times_; }  // a picture is of its view's moment; else all are of settings().time_s
+  bool own_times() const { return own_times_; }  // a picture shows its view's moment; else all show settings().time_s
   // Settings for this view: at its moment.
   RadianceSettings At(const RenderView& view, const RadianceSettings& settings) const;
   RadianceSettings At(const RenderView& view) const { return At(view, settings_); }
@@ -105,7 +104,7 @@ class Lumigraph {
   PictureWorld For(const RenderView& view) const;
   // Those of `use` (empty: all photos) that a picture of this view may be made of.
   std::vector<bool> InWindow(const RenderView& view, const std::vector<bool>& use) const;
-  // Of its photos, over its proxy or (mesh) over another one. The lumigraph must outlive the renderer.
+  // A renderer of its photos over its proxy, or over `mesh`. The lumigraph must outlive the renderer.
   std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make) const;
   std::unique_ptr<Renderer> NewRenderer(WorldRendererMaker make, const Mesh& mesh) const;
   MeasureMap MapOf(const RenderRequest& request, Measure measure, int photo) const;
@@ -119,8 +118,8 @@ class Lumigraph {
 
   const LumigraphOptions options_;
   RadianceSettings settings_;
-  Decided decided_;                         // by the user, or by what pictures are made of
-  std::map<std::string, std::string> why_;  // of the latter
+  Decided decided_;                         // by the user, or by the kind of picture
+  std::map<std::string, std::string> why_;  // reasons for decisions by the kind of picture
   Scene scene_;
   std::string proxy_name_;
   Mesh mesh_;

@@ -10,7 +10,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kTilePx = 32;           // what is looked at once more comes in rectangles of these
+constexpr int kTilePx = 32;           // px; holes are rendered again in rectangles of such tiles
 constexpr float kSeenWhole = 0.999F;  // of alpha
 
 struct Rectangle {
@@ -64,7 +64,7 @@ class PerViewRenderer final : public Renderer {
     photos_.resize(reach < 0 || !alike ? all : std::min(all, 2 * static_cast<std::size_t>(widest) + 1));
     places_.photos.assign(photos_.size(), -1);
     for (std::size_t place = 0; place < photos_.size(); ++place) {
-      // Some camera, until a picture has one for the place.
+      // Placeholder camera, until a picture has one for this place.
       RenderView v;
       v.size_px =
           alike ? size
@@ -91,7 +91,7 @@ class PerViewRenderer final : public Renderer {
   RenderStatistics Statistics() const override { return statistics_; }
 
  private:
-  // `parts`: these pixels alone.
+  // `parts`: render only these pixels; nullptr: all.
   ImageF Picture(const RenderRequest& request, int reach, const std::vector<Rectangle>* parts) {
     const Stopwatch watch;
     RenderRequest own = request;
@@ -110,7 +110,7 @@ class PerViewRenderer final : public Renderer {
     };
     if (!parts) return render();
     ImageF image(request.view.size_px.x(), request.view.size_px.y(), 4);
-    own.settings.grid_columns = own.settings.grid_rows = 0;  // samples are laid over whole pictures
+    own.settings.grid_columns = own.settings.grid_rows = 0;  // sparse samples are meant for whole pictures
     const Matrix34d P = own.view.P;
     for (const Rectangle& r : *parts) {
       // The same rays, of fewer pixels.
@@ -126,7 +126,7 @@ class PerViewRenderer final : public Renderer {
     return image;
   }
 
-  // What is missing, from photos farther away in time.
+  // Fills missing alpha from photos farther away in time.
   void Widen(const RenderRequest& request, int reach, ImageF& image) {
     const std::vector<Rectangle> holes = Holes(image);
     if (holes.empty()) return;
@@ -138,7 +138,8 @@ class PerViewRenderer final : public Renderer {
     }
   }
 
-  // The picture's cameras at their photos' places. Returns its view.
+  // Puts the picture's cameras at their photos' places in photos_, and reads missing photos. Returns the picture's
+  // view.
   RenderView Enter(PictureWorld picture, const std::vector<bool>& use) {
     PictureWorld world = places_;
     world.sources.normalized_from_world = picture.sources.normalized_from_world;
@@ -177,7 +178,7 @@ class PerViewRenderer final : public Renderer {
   const BorderOptions border_;
   std::vector<int> rank_of_view_;
   std::vector<Photo> photos_;  // a ring over their order in time
-  // Stand-ins for cameras that a picture does not have, and the view whose photo is there, -1: none.
+  // For each place: a placeholder camera, and the view whose photo is there (-1: none).
   PictureWorld places_;
   std::unique_ptr<WorldRenderer> renderer_;
   RenderStatistics statistics_;

@@ -13,8 +13,7 @@ struct PathKey {
   Rigid3 cam_from_world;
   double vertical_fov_rad = 0;
   double time_s = 0;  // on the path's own clock
-  // Of the picture's width and height. A camera whose axis does not pass through the picture's middle is not turned to
-  // make it so.
+  // As fractions of the picture's width and height: an off-centre axis is kept.
   Eigen::Vector2d principal_point{0.5, 0.5};
 };
 
@@ -22,21 +21,20 @@ struct CameraPath {
   std::vector<PathKey> keys;  // time ascending
   double fps = 30;
   int width_px = 0, height_px = 0;  // 0: decided by the caller
-  int frames = 0;                   // evenly from the first key to the last; 0: as many as the duration has
+  int frames = 0;                   // spread evenly from the first key to the last; 0: as many as duration and fps give
 };
 
 constexpr double kMaxPathSeconds = 24 * 3600;
 
-// What a file's keys are to be, where it holds the frames and the keyframes that they were made from (nerfstudio's
-// does).
+// Which entries of a file become the path's keys, if it holds both frames and keyframes (nerfstudio's does).
 enum class PathDetail { kFrames, kKeyframes };
 
 // Recognises the format by its content. Throws InputError: the file, and what is wrong with it in one line.
 CameraPath ReadCameraPath(const std::filesystem::path& file, PathDetail detail = PathDetail::kFrames);
 void WriteCameraPath(const std::filesystem::path& file, const CameraPath& path);
 
-// Width and height of a film through the photos: those of an upright photo, of whichever kind are more, upright or
-// lying ones.
+// Width and height of a film through the photos: the size of a photo held upright, portrait or landscape, whichever is
+// more common.
 Eigen::Vector2i FilmSize(const Scene& scene);
 
 // Visits the photos' cameras, held upright, in an order that makes a smooth tour (by name for a video, else nearest

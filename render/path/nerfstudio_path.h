@@ -13,8 +13,8 @@ namespace lumi {
 
 bool IsNerfstudioPath(const nlohmann::json& j);
 
-// kFrames: a key a frame, and as many frames; kKeyframes: its keyframes, interpolated our way, where they carry their
-// times. Throws InputError (the file and the entry) and nlohmann's exceptions.
+// kFrames: one key per frame, and as many frames; kKeyframes: its keyframes, interpolated as our paths are, if they
+// have times. Throws InputError (the file and the entry) and nlohmann's exceptions.
 CameraPath ParseNerfstudioPath(const nlohmann::json& j, const std::filesystem::path& file, PathDetail detail);
 
 // width_px, height_px: the frames' size where the path has none. Atomically.

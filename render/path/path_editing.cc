@@ -10,7 +10,7 @@ void RequireKey(const CameraPath& path, std::size_t index) {
   if (index >= path.keys.size()) throw std::out_of_range("the path has no such key");
 }
 
-// From `first` on: those that stand too close move on.
+// Moves keys from `first` on to later times if they are too close to the one before.
 void Separate(CameraPath& path, std::size_t first) {
   for (std::size_t i = std::max<std::size_t>(first, 1); i < path.keys.size(); ++i)
     path.keys[i].time_s = std::max(path.keys[i].time_s, path.keys[i - 1].time_s + kLeastGap_s);

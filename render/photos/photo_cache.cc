@@ -36,7 +36,8 @@ void Halve(Photo& photo, int times) {
 }
 
 constexpr int kMostHalvings = 16;
-// Of a photo that is being read: its file's picture, a copy and the pyramid. So much of it at once beside the budget.
+// Bytes while a photo is being read: the file's picture, a copy and the pyramid. kReadingBytes of them may be used at
+// once, beside the budget.
 constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
 
 }  // namespace
@@ -61,7 +62,7 @@ void PhotoCache::Drop(std::size_t photo) {
   photos_[photo] = {};
 }
 
-// Gives up photos that no Bring from `keep_from` on wanted, the ones used longest ago first, until so many bytes more
+// Drops photos that were last wanted before Bring number `keep_from`, least recently used first, until `bytes` more
 // fit.
 void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
   if (held_ + bytes <= budget_) return;
@@ -77,8 +78,8 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
 
 // How often each of `wanted` has to be halved for all of them to fit.
 std::vector<int> PhotoCache::HalvingsOf(std::span<const std::int32_t> wanted) const {
-  // A photo that is there halved comes as if it mattered half as much: else those about the limit would be read anew
-  // for picture after picture.
+  // A photo that is held halved gets twice its rank, as if it mattered less: otherwise photos near the limit would be
+  // read again for every picture.
   std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
   std::size_t together = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -99,7 +100,7 @@ std::vector<int> PhotoCache::HalvingsOf(std::span<const std::int32_t> wanted) co
   return halvings;
 }
 
-// Of these places in `wanted`, the photos, halved so often.
+// Reads the photos at the places `absent` in `wanted`, and halves them.
 void PhotoCache::Read(std::span<const std::int32_t> wanted, const std::vector<std::size_t>& absent,
                       const std::vector<int>& halvings) {
   std::size_t largest = 1;
@@ -137,7 +138,7 @@ void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
     if (photo.levels.empty()) {
       absent.push_back(i);
       bytes += Bytes(v, halvings[i]);
-    } else {  // finer than there is room for
+    } else {  // halved further if it is finer than there is room for
       held_ -= HeldBy(photo);
       Halve(photo, halvings[i] - photo.level0_shift);
       held_ += HeldBy(photo);

@@ -16,19 +16,20 @@ class PhotoCache {
   // Nothing is read yet. The scene must outlive it; corrections of its views count as they are when a photo is read.
   PhotoCache(const Scene& scene, std::size_t budget_bytes);
 
-  // Of all photos with their pyramids, as large as they are.
+  // Bytes of all photos at full size, with their pyramids.
   static std::size_t BytesOf(const Scene& scene);
 
   // One a view of the scene, at the same address always; those that are not in memory have no levels.
   const std::vector<Photo>& photos() const { return photos_; }
-  // Has these in memory, each once, reading in parallel what is not, and gives up others for them. Together larger than
-  // the budget they are halved from the last one on, once each before one is halved again, until they fit (or are a
-  // pixel): the ones that matter most come first. Throws InputError for a photo that cannot be read; not thread-safe.
+  // Brings these photos into memory (each named once): reads missing ones in parallel and drops others for them. Photos
+  // that matter most come first: if all together exceed the budget, they are halved from the last one on, each once
+  // before any is halved again, until they fit (or are one pixel). Throws InputError for a photo that cannot be read;
+  // not thread-safe.
   void Bring(std::span<const std::int32_t> wanted);
 
   struct Counts {
     long read = 0;         // photos, from their files
-    int most_halved = 0;   // of any Bring: how often its photos were halved
+    int most_halved = 0;   // the most often that photos were halved in any Bring
     std::size_t most = 0;  // bytes held at once
   };
   const Counts& counts() const { return counts_; }

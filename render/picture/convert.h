@@ -9,7 +9,7 @@ namespace lumi {
 Image8 ToRgb8(const ImageF& premultiplied);
 // RGBA, straight alpha, for PNG.
 Image8 ToRgba8(const ImageF& premultiplied);
-// The same of a picture whose colours are as they are shown, whatever its alpha (FillAndMark).
+// The same for a picture whose colours are not premultiplied but as shown (FillAndMark).
 Image8 ShownToRgba8(const ImageF& shown);
 // Mean of alpha over all pixels.
 double Coverage(const ImageF& premultiplied);

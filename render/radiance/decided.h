@@ -1,5 +1,5 @@
-// Which options somebody spoke about, on the line, in a settings file or through --effects: what the data call for, or
-// a budget asks for, leaves them alone. A measure is decided by its switch, which bears its name.
+// Options that the user decided, on the command line, in a settings file or through --effects: neither the data's
+// evidence nor a budget changes them. A measure is decided by its switch, which bears its name.
 #pragma once
 
 #include <initializer_list>

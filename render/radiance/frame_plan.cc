@@ -33,7 +33,8 @@ ViewSetup MakeViewSetup(const Sources& sources, const RenderView& desired, const
 
 namespace {
 
-// Weights below this part of the optimum's accuracy are not blended: half of a row's photos, and none that shows.
+// Weights below this part of the optimum's accuracy are not blended: these are half of a row's photos, and their effect
+// is invisible.
 constexpr double kUnseenWeight = 0.01;
 
 // Rows of a table, padded to the longest, or to `least`.

@@ -20,7 +20,7 @@ struct PixelWindow {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-// What does not depend on the pixel: made once a frame.
+// Everything that does not depend on the pixel, made once per frame.
 struct ViewSetup {
   RenderView desired;  // normalised frame
   RelativeSources sources;

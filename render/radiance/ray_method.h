@@ -12,7 +12,7 @@ struct ViewSetup;
 class RayMethod {
  public:
   virtual ~RayMethod() = default;
-  // A method with a surface of its own in place of the proxy moves t, normal and face there. Thread-safe, as is Weigh.
+  // A method with its own surface in place of the proxy moves t, normal and face to it. Thread-safe, as is Weigh.
   virtual void Meet(RaySamples&) const {}
   // Replaces `table`. Rays have t, normal and face; setup is the one of the view that the method was made for.
   virtual void Weigh(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays,

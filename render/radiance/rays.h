@@ -13,8 +13,8 @@ struct RaySamples {
   std::vector<Eigen::Vector3f> direction;  // unit, from the desired centre
   std::vector<float> t;                    // distance to the proxy; not finite or <= 0: the ray misses it
   std::vector<Eigen::Vector3f> normal;     // of the proxy there, unit, either side; read by Resolution::kJacobian only
-  // Where the ray is known better than in float (of one ray that two views look along, floats are not the same ray);
-  // none: as above.
+  // Directions in double, if known: rounded to float, one ray seen from two views is no longer the same ray. Empty:
+  // `direction` is used.
   std::vector<Eigen::Vector3d> exact_direction = {};
   std::vector<double> exact_t = {};
   // The proxy's triangle that is met, -1: none; read by RayMethods only.

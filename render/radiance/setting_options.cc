@@ -44,10 +44,11 @@ bool OnOff(std::string_view name, const OptionValue& v) {
   throw UsageError(fmt::format("--{} takes on or off, not {}", name, text));
 }
 
-// A degree's rounding must not show in a summary: 20 and not 20.000000000000004.
+// Rounds so that a summary shows 20 and not 20.000000000000004.
 double Degrees(double rad) { return std::round(rad / kRadPerDeg * 1e12) / 1e12; }
 
-// What records and the core fill; fields of a measure's Settings are fields of RadianceSettings.
+// The table that measures' records and the core add options to; fields of a measure's Settings are fields of
+// RadianceSettings.
 class Table {
  public:
   explicit Table(std::vector<SettingOption>& options) : options_(options) {}

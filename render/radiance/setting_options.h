@@ -21,14 +21,14 @@ struct SettingOption {
   std::string name;                         // without dashes
   std::string value;                        // what it takes: "FLOAT", "off|distance|jacobian" ...
   std::string help;                         // with units and range
-  std::string_view measure, measure_title;  // whose it is: a measure's kName and kTitle, or empty
+  std::string_view measure, measure_title;  // kName and kTitle of the measure it belongs to, or empty
   bool is_switch = false;                   // of its measure: on/off, or the choice that contains off
   PanelRow row;
   std::string fallback;  // default, as text
   std::function<OptionValue(const RadianceSettings&)> get;
   // From a value or its text. Throws UsageError naming the option where it does not fit.
   std::function<void(RadianceSettings&, const OptionValue&)> set;
-  std::function<std::string(const RadianceSettings&)> problem;  // empty, or what is wrong; none: nothing can be
+  std::function<std::string(const RadianceSettings&)> problem;  // empty, or what is wrong; none: any value is valid
   // For the panel's widgets: the field itself, and its unit (a slider's value times this).
   std::variant<std::monostate, bool RadianceSettings::*, double RadianceSettings::*> field;
   double unit = 1;

@@ -1,5 +1,5 @@
 // How radiance is reconstructed at a ray (thesis chapters 4 and 5): the options of lumi-render that the weights depend
-// on. Angles in radians. What a field costs when it is off is nothing: kernels and shaders are compiled without it.
+// on. Angles in radians. A measure that is off costs nothing: kernels and shaders are compiled without it.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,8 @@ struct LeavesByPlace;
 // S w = y with all photos that correlate with the ray (Eq. 4.1), or S taken for the identity (sec. 5.1.1).
 enum class Similarity { kIdentity, kFull };
 // R(h): 1/h windowed at the k+1st (Eq. 5.1), or the falling-leaves model's (Eqs. 4.3 to 4.5, corrected). kMeasured: the
-// falling leaves that fit the photos; who opens a lumigraph finds these, and weights are never asked for with it.
+// falling leaves that fit the photos; Lumigraph::ChooseMeasures replaces it by kFallingLeaves with these, before
+// weights are computed.
 enum class Correlation { kInverse, kFallingLeaves, kMeasured };
 // How field of view and visibility enter the optimum: S_ij = f_i f_j R(h_ij), y_i = f_i R(h_i), or Eq. 4.7's sum.
 enum class Combine { kSmooth, kAdditive };
@@ -56,10 +57,12 @@ struct RadianceSettings : MeasureList::Settings {
   double r_min_rad = 0.001 * kRadPerDeg;  // smallest and largest leaf, 0 <= r_min <= r_max
   double r_max_rad = 5 * kRadPerDeg;
   double noise =
-      0;  // variance of what a photo has of its own, over that of what correlates, >= 0: the optimum averages it
-  // Correlation::kMeasured: this many places along the scene's longest side have leaves of their own; 1: none has.
+      0;  // variance of each photo's own noise over that of the radiance, >= 0: the optimum averages noise out
+  // Correlation::kMeasured: this many places along the scene's longest side may have different leaves; 1: all have the
+  // same.
   int correlation_regions = 1;
-  // What was found there, in place of r_min, r_max and noise; none: these count everywhere. Of one scene.
+  // The leaves measured there, used in place of r_min, r_max and noise; none: these hold everywhere. Valid for one
+  // scene only.
   std::shared_ptr<const LeavesByPlace> by_place;
 
   int grid_columns = 0, grid_rows = 0;  // sparse samples of the view, >= 2; 0: every pixel
@@ -67,7 +70,7 @@ struct RadianceSettings : MeasureList::Settings {
   Sampling sampling = Sampling::kCandidates;
 
   Algorithm method = Algorithm::kUlr;
-  // Of a published method, docs/methods.md says what they are there; negative: as its paper has it.
+  // Parameters of a published method (docs/methods.md); negative: the paper's own value.
   double method_count = -1, method_parameter = -1;
 
   bool Sparse() const { return grid_columns > 0; }

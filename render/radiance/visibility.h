@@ -24,8 +24,8 @@ class VisibilityMaps {
   static int SuggestedSide(int count);
 
   // Fills camera j's map (thread-safe for distinct j): depth along the optical axis in normalised units, +infinity
-  // where there is no proxy. Not thickened at silhouettes: a photo would then count as blocked beside every one of its
-  // own.
+  // where there is no proxy. The map is not dilated at silhouettes: a photo would then count as blocked beside each
+  // silhouette that it shows itself.
   void Fill(int camera, const RenderView& view, const ProxyTracer& proxy);
 
   bool empty() const { return count_ == 0; }

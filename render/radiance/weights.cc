@@ -98,7 +98,7 @@ class WithVisibility {
   const float gamma_;
 };
 
-// The k + 1 nearest cameras as floats found them. Where rounding exchanged the last with the next the two are so close
+// The k + 1 nearest cameras, found in float. If rounding exchanged the last with the next one, the two are so close
 // that the window's edge is the same.
 constexpr int kMostFound = kMaxBlend + 1;
 struct Nearest {
@@ -191,11 +191,11 @@ int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& fou
     if (settings.field_of_view) {
       const double edge =
           std::min(std::min(e.u[i], e.value[12][i] - e.u[i]), std::min(e.v[i], e.value[13][i] - e.v[i]));
-      // Where the float found the point inside, a hair outside is its border.
+      // In float the point was inside; if it is just outside in double, it counts as on the border.
       f = std::max(FieldOfView(edge, e.value[14][i]), static_cast<double>(kBarelySeen));
     }
     double v = static_cast<double>(found.seen[n]);
-    // Between the two ends v follows the pixel; at them it is what it is.
+    // Between its two ends, v depends on the pixel and is computed again; at the ends it is constant.
     if (visible.maps() && v > static_cast<double>(kBlockedVisibility) && v < 1 && g > 0)
       v = visible.maps()->Visibility(sources.view[j], e.u[i], e.v[i], e.value[12][i], e.value[13][i], e.depth[i]);
     const double h = Dissimilarity(g, f * v, settings.gamma);
@@ -207,8 +207,8 @@ int Refine(const Weighing& by, const WithVisibility& visible, const Nearest& fou
   return count;
 }
 
-// R(h) of the falling leaves for weights that are taken one by one. Beyond 2 r_max nothing correlates, and a photo must
-// lead all the same: a trace of 1/h, which shows only there.
+// R(h) of the falling leaves, for real-time weights. Beyond 2 r_max nothing correlates but one photo must still lead,
+// so a small multiple of 1/h is added, which has an effect only there.
 double LeafWeight(const LeavesTable& leaves, double h) {
   constexpr double kTrace = 1e-6;
   return leaves(h) + kTrace * leaves.r_max_rad() / (leaves.r_max_rad() + h);
@@ -259,7 +259,8 @@ RayWeights Weigh(const Weighing& by, const ProxyRay& ray, WeighScratch& scratch)
     out.count = i + 1;
   }
   if (out.count == 0) {
-    // A (k+1)-way tie: all windowed weights vanish and the limit depends on the direction of approach. The tied share.
+    // A (k+1)-way tie: all windowed weights vanish and the limit depends on the direction of approach. The tied cameras
+    // share equally.
     out.count = n;
     for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
       out.camera[i] = best[i].camera;

@@ -46,11 +46,11 @@ struct Weighing {
 
 // A ray of the view, up to the proxy.
 struct ProxyRay {
-  // In double: of one ray that two views look along, floats are not the same ray.
+  // In double: rounded to float, one ray seen from two views is no longer the same ray.
   ProxyRay(const Eigen::Vector3d& unit_direction, double distance,
            const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
       : direction(unit_direction), t(distance), normal(of_proxy) {}
-  // Where floats are what there is: the direction is made unit to double's digits.
+  // If only floats are known: the direction is normalised in double.
   ProxyRay(const Eigen::Vector3f& unit_direction, float distance,
            const Eigen::Vector3f& of_proxy = Eigen::Vector3f::Zero())
       : ProxyRay(unit_direction.cast<double>().normalized(), static_cast<double>(distance), of_proxy) {}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -89,7 +90,7 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
                             const RenderRequest& request, Measure measure, int source) {
   if (HeatMaps()[measure.row].name == kWeights && request.settings.similarity == Similarity::kFull)
     throw UsageError("--show weights maps the real-time weights", "the optimum's are seen by --show false-color");
-  const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // in the weights, as when rendering
+  const VisibilityMaps* blocked = request.settings.visibility ? &maps : nullptr;  // for the weights, as in rendering
   const ViewSetup weighing = MakeViewSetup(sources, request.view, request.settings, request.use);
   ViewSetup shown = weighing;
   const HeatMap& kind = HeatMaps()[measure.row];
@@ -158,6 +159,8 @@ MeasureMap RenderMeasureMap(const Sources& sources, const ProxyTracer& tracer, c
     for (int channel = 0; channel < 3; ++channel) out[channel] = static_cast<float>(c[2 - channel]) / 255.0F;
     out[3] = 1;
   }
+  std::ranges::replace(values, kNothing, std::numeric_limits<float>::quiet_NaN());
+  map.values = std::move(values);
   return map;
 }
 

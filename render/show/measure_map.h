@@ -29,9 +29,10 @@ struct Measure {
 std::optional<Measure> MeasureFromName(std::string_view name);
 
 struct MeasureMap {
-  ImageF image;              // RGBA in [0,1], premultiplied; transparent where the proxy is missed
-  double low = 0, high = 0;  // the values of the colour scale's ends
-  std::string unit;          // deg, s, or empty
+  ImageF image;               // RGBA in [0,1], premultiplied; transparent where the proxy is missed
+  std::vector<float> values;  // one a pixel, row by row, not clipped; NaN where there is none
+  double low = 0, high = 0;   // the values of the colour scale's ends
+  std::string unit;           // deg, s, or empty
 };
 
 // `source`: the photo that is shown; -1: at each ray the one with the largest weight. Values beyond `high` are clipped.

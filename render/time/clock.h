@@ -1,4 +1,4 @@
-// The moment that a picture shows, where the scene moves: the view's own, unless the user named one for all.
+// The moment that a picture of a moving scene shows: the view's own, unless the user named one for all.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ inline SceneClock ClockOf(const Scene& scene) {
   for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
   if (steps.empty()) return {};
   std::sort(steps.begin(), steps.end());
-  // With n cameras a moment all but one in n steps are none: the usual step is among the longest.
+  // With n cameras per moment, only one in n steps is not 0: the usual step is among the longest.
   const double usual = steps[static_cast<std::size_t>(kUsual * static_cast<double>(steps.size() - 1))] > 0
                            ? steps[static_cast<std::size_t>(kUsual * static_cast<double>(steps.size() - 1))]
                            : steps.back();
@@ -45,9 +45,9 @@ inline SceneClock ClockOf(const Scene& scene) {
   return {Median(moments), times.size() >= 2 * (moments.size() + 1) && moments.size() >= 2};
 }
 
-// What the scene's own clock says: its period, and where it has one, or several cameras filmed it at once, a window of
-// two frames: enough photos stand side by side in it then, and a wider one blurs (docs/timeperiodic.md).
-// `window_decided`: the user said how wide.
+// Takes the scene's period and, if it has one or several cameras filmed it at once, a time window of two frames: it
+// then holds enough photos from different places, and a wider one blurs (docs/timeperiodic.md). `window_decided`: the
+// user said how wide.
 inline void TakeClock(const Scene& scene, bool window_decided, RadianceSettings& settings) {
   settings.period_s = scene.period_s.value_or(0);
   const SceneClock clock = ClockOf(scene);

@@ -26,9 +26,9 @@ class PhotoOrder {
   std::vector<double> times_;  // of the same, ascending
 };
 
-// From one photo to the next where nothing says: as a video's frames.
+// Time from one photo to the next if no time is known: that of a video's frames.
 constexpr double kAssumedFrame_s = 1.0 / 30;
-// Photos that carry no time get one, in their order: what happened around a moment is a matter of order.
+// Gives photos without times one, in their order; the order is all that the window around a moment needs.
 void GiveTimes(Scene& scene);
 
 }  // namespace lumi

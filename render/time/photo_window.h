@@ -10,10 +10,10 @@
 
 namespace lumi {
 
-// How a picture uses the photos around its moment, where nobody `decided` otherwise: 5 to either side where the scene
-// is a video's or the picture is of a path of matrices (frame and photo go together), else all. Photos get times, time
-// counts from the middle of the window on, fields of view are looked at, and along a path a photo gives way before it
-// ends. Returns the reach, -1: all.
+// Sets how a picture uses the photos around its moment, except what is `decided`: 5 to either side for a video or a
+// path of matrices (frame and photo go together), else all. If not all: gives photos times, and switches on time (from
+// the middle of the window on), field of view and, along a path, a fade before a photo ends. Returns the reach, -1:
+// all.
 int TakeWindow(Scene& scene, std::optional<int> wanted, bool along_path, Decided& decided, RadianceSettings& settings);
 
 }  // namespace lumi

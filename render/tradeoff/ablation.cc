@@ -22,7 +22,7 @@ constexpr int kGrid = 25;    // samples a side of its fifth
 struct Row {
   std::string name, what;
   RadianceSettings settings;
-  std::string refused = {};  // why there is no picture; empty: there is
+  std::string refused = {};  // why there is no picture; empty: there is one
   JsonKeys keys = {};        // of the settings
   double ms = 0;
   FrameError error = {};  // against the first
@@ -210,7 +210,7 @@ Answer RunAblation(const MeasureOptions& o, ProgressSink& sink) {
   if (!first) throw DataError("no row could be rendered: " + ablation.rows.front().refused);
   const JsonKeys keys(ablation);
   const TradeoffTable table = TableOf(ablation);
-  // The marker first: a run that ends here leaves a folder that the next one may write into.
+  // The marker is written first: if the run ends early, the next one may write into this folder.
   WriteTextAtomically(o.output / kAblationMarker, keys.Text(1) + "\n");
   for (const auto& [name, image] : pictures) WriteImage(o.output / name, image);
   WriteTextAtomically(o.output / "ablation.csv", CsvOf(table));

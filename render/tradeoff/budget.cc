@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLoadShare = 0.25;  // of a new frame in the smoothed load
 constexpr double kHopeless = 2;      // a frame that takes this times the budget is not repeated ...
-constexpr int kHopelessRows = 2;     // ... and a probe ends after so many settings of which none came nearer
+constexpr int kHopelessRows = 2;     // ... and a probe ends after so many such settings in a row
 constexpr double kFarTooSlow = 2;
 constexpr double kSameSize = 0.02;  // sizes whose pixels differ by less share a front's times
 
@@ -70,7 +70,7 @@ std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOpti
   return table;
 }
 
-// Of the budget: frames along a path differ from the first view's by this much and more.
+// A probe uses this share of the budget, because other frames of a path may be slower than the first view's.
 constexpr double kHeadroom = 0.9;
 
 BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed,
@@ -84,7 +84,7 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
   for (FrontPoint& p : ProbeTable(base, fixed)) {
     request.settings = p.settings;
     try {
-      // The first frame also pays for what is made once (visibility maps, textures): it counts only where it fits.
+      // The first frame includes one-time work (visibility maps, textures): later, faster ones replace its time.
       for (int i = 0; i < 3; ++i) {
         const Stopwatch watch;
         renderer.Render(request);
@@ -116,7 +116,7 @@ BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSett
 
 namespace {
 
-// Of two frames the faster: the first also pays for what is made once.
+// The time of the faster of two frames, because the first includes one-time work.
 double MeasuredMs(Renderer& renderer, RenderRequest request, const RadianceSettings& settings) {
   request.settings = settings;
   double ms = 0;
@@ -129,8 +129,9 @@ double MeasuredMs(Renderer& renderer, RenderRequest request, const RadianceSetti
   return ms;
 }
 
-// A front of another size: its times grow with the pixels only in part (samples cost the same at any size), so that the
-// point that would be taken is rendered here, the others' times follow it, and the choice is made anew.
+// For a front measured at another size: only a part of the times is proportional to the pixels (samples cost the same
+// at any size). So the recommended point is rendered at this size, the other times are scaled by its measured time, and
+// the choice is made again.
 std::size_t RecommendHere(std::vector<FrontPoint>& points, double budget_ms, Renderer& renderer,
                           const RenderRequest& request, BudgetChoice& choice) {
   constexpr int kMostRendered = 4;
@@ -212,7 +213,7 @@ void BudgetController::Measured(double ms) {
   ++since_up_;
   slow_ = ms > options_.too_slow * budget ? slow_ + 1 : 0;
   if (level_ > 0 && (slow_ >= options_.slow_frames || ms > kFarTooSlow * budget)) {
-    // A step up that is taken back soon was one too many: the next attempt waits longer, so that nothing flickers.
+    // After a step up that had to be taken back soon, the next attempt waits longer, to avoid flicker.
     wait_ = since_up_ < 2 * wait_ ? std::min(2 * wait_, options_.longest_wait) : options_.fast_frames;
     --level_;
     slow_ = fast_ = 0;

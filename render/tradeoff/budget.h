@@ -1,5 +1,5 @@
-// Settings for a time a frame: from the scene's stored front, or from a probe of about two seconds; and, frame by frame
-// in a viewer, along the front as the measured times say.
+// Settings for a given time per frame: from the scene's stored front, or from a probe of about two seconds; in a
+// viewer, steps along the front follow the measured times of frames.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct BudgetChoice : FrontPoint {  // ms: expected
 };
 void ListKeys(JsonKeys& j, BudgetChoice& choice);
 
-// Options that the user gave, by name and text: they stay whatever the budget says.
+// Options that the user gave, by name and text: a budget does not change them.
 using FixedOptions = std::vector<std::pair<std::string, std::string>>;
 FixedOptions Fixed(const RadianceSettings& settings, const Decided& decided);
 
@@ -28,18 +28,19 @@ FixedOptions Fixed(const RadianceSettings& settings, const Decided& decided);
 // docs/tradeoff.md). With `fixed` applied; those that this makes equal or invalid are left out.
 std::vector<FrontPoint> ProbeTable(const RadianceSettings& base, const FixedOptions& fixed);
 
-// Renders `request` (its settings are replaced) with each of the table's settings in turn until about `seconds` have
-// gone or two in a row took over twice the budget; the last that fits. What a backend cannot do is passed over.
+// Renders `request` (its settings are replaced) with each of the table's settings in turn, until about `seconds` have
+// passed or two in a row took over twice the budget. Returns the last that fits. Settings that the backend does not
+// support are skipped.
 BudgetChoice Probe(Renderer& renderer, RenderRequest request, const RadianceSettings& base, const FixedOptions& fixed,
                    double budget_ms, double seconds = 2);
 
-// From the scene's front where it has one that agrees with `fixed`, else by a probe at `request`.
+// Chooses from the scene's front, if it has one with points that agree with `fixed`, else by a probe at `request`.
 BudgetChoice ChooseForBudget(const std::filesystem::path& scene_folder, const std::string& backend,
                              const std::string& proxy, Renderer& renderer, const RenderRequest& request,
                              const FixedOptions& fixed, double budget_ms);
 
-// Steps along a front while the camera moves, and refines when it rests. Times are given, never taken: a test simulates
-// them. Not thread-safe.
+// Steps along a front while the camera moves, and refines when it rests. It reads no clock, so that tests can simulate
+// times. Not thread-safe.
 class BudgetController {
  public:
   struct Options {
@@ -52,13 +53,13 @@ class BudgetController {
     int longest_wait = 400;  // a step up that had to be taken back waits twice as long, up to so many frames
   };
 
-  // `front`: ascending in time and quality; `refined`: what a resting camera gets, e.g. the optimum at every pixel;
+  // `front`: ascending in time and quality; `refined`: the point for a resting camera, e.g. the optimum at every pixel;
   // nullopt: the front's best. Throws std::invalid_argument for an empty front or a budget that is not above 0.
   BudgetController(std::vector<FrontPoint> front, std::optional<FrontPoint> refined, Options options);
 
   // The point for the next frame. now_s: any clock that ascends.
   const FrontPoint& Next(double now_s, bool camera_moved);
-  // How long the last frame took that Next asked for. Frames of the refined point teach nothing about motion.
+  // The time of the last frame that Next asked for. Frames of the refined point are ignored.
   void Measured(double ms);
 
   bool Refining() const { return refining_; }

@@ -15,13 +15,13 @@
 namespace lumi {
 namespace {
 
-constexpr double kSameQualityDb = 0.1;  // held-out PSNR: what nobody sees
+constexpr double kSameQualityDb = 0.1;  // held-out PSNR: an invisible difference
 constexpr int kFaithfulGrids[] = {25, 50, 100};
 constexpr double kEqualDb = 99;
 
 bool HasSparseIdentity(const RadianceSettings& s) { return HasSamples(s) && s.similarity == Similarity::kIdentity; }
 
-// Options are written as the base has them where the front, or the ladder, would change them.
+// Restores the `fixed` options where a front or the table changed them.
 RadianceSettings Keeping(RadianceSettings s, const FixedOptions& fixed) {
   for (const auto& [name, value] : fixed) SetOption(s, name, value);
   return s;
@@ -117,7 +117,7 @@ FidelityChoice ChooseFaithful(Renderer& renderer, const std::vector<RenderReques
   choice.wanted_db = wanted_db;
   choice.settings = PerPixel(base);
   choice.name = PointName(choice.settings, base);
-  std::optional<RadianceSettings> referred;  // what `reference` shows: settings of one k have one in common
+  std::optional<RadianceSettings> referred;  // settings of `reference`, which all settings with the same k share
   Pictures reference;
   const auto refer_to = [&](const RadianceSettings& settings) {
     if (referred == settings) return;

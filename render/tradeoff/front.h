@@ -20,7 +20,7 @@ struct FrontPoint {
   std::optional<double> psnr_optimum_db;  // against the optimum at every pixel
   std::optional<double> psnr_holdout_db;  // against the photos of the choosing fold
 
-  // What the front climbs: the photos' word where there is one, else the optimum's.
+  // The quality axis of the front: PSNR against held-out photos if known, else against the optimum.
   double Quality() const {
     return psnr_holdout_db ? *psnr_holdout_db : psnr_optimum_db.value_or(CostAndQuality::kNone);
   }
@@ -47,8 +47,8 @@ struct StoredFront {
   double time_scale = 1;           // FindFront: by which it multiplied the times, for another size
 };
 
-// Only settings that trade accuracy for time travel with a front; what a scene or a user decides (weights of the
-// measures, effects, radii, time) stays as `base` has it.
+// `base` with those settings of `point` that trade accuracy for time; what a scene or a user decides (weights of the
+// measures, effects, radii, time) stays as in `base`.
 RadianceSettings WithTradedSettings(const RadianceSettings& base, const RadianceSettings& point);
 
 // Throws InputError naming the file.
@@ -58,8 +58,8 @@ StoredFront ReadFront(const std::filesystem::path& file);
 std::filesystem::path WriteFront(const std::filesystem::path& scene_folder, const StoredFront& front);
 
 // The front of this proxy, backend and device whose size is nearest in pixels, its times scaled in proportion to the
-// pixels. Nullopt where there is none, with *why: a front of another machine, or one whose proxy has changed, is none.
-// Unreadable files count as absent and are named there.
+// pixels. nullopt, with *why, if there is none: fronts of other machines, or of a proxy that has changed since, do not
+// count. Unreadable files count as absent and are named in *why.
 std::optional<StoredFront> FindFront(const std::filesystem::path& scene_folder, const FrontKey& key,
                                      std::string* why = nullptr);
 

@@ -35,7 +35,7 @@ std::vector<TestView> HeldOutViews(const Scene& scene, int n, Fold fold, int mos
 
 // A quad that faces the mean viewing direction, `times` the median depth of the points away.
 Mesh FacingPlane(const Scene& scene, double times);
-constexpr double kAtInfinity = 1000;  // times the median depth: nobody's parallax tells it from infinity
+constexpr double kAtInfinity = 1000;  // times the median depth: no visible parallax
 
 struct TimedFrame {
   ImageF image;
@@ -44,8 +44,9 @@ struct TimedFrame {
   std::vector<double> all_ms;
 };
 
-// A frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. A frame beyond two seconds is its
-// own measurement after the warm-up, one beyond `alone_ms` is not repeated at all: its first time counts.
+// Renders one frame to warm up (textures, visibility maps, caches), then `repeats` timed ones. If a frame takes more
+// than two seconds, it is timed only once after the warm-up; if it takes more than `alone_ms`, it is not repeated and
+// its first time counts.
 TimedFrame TimeFrame(Renderer& renderer, const RenderRequest& request, int repeats, double alone_ms = 4000);
 
 // The first frame of a camera path at this width, its height by the path's own size, else by the scene's first camera;

@@ -174,14 +174,14 @@ class MethodBench {
     return row;
   }
 
-  // With the settings that are published. `of`: what was measured of the same method, `ours` of this renderer; ms: of
-  // the method's fastest way.
+  // Properties of the method with its published settings. `of`: the measured row of this method, `ours`: of this
+  // renderer; ms: time of the method's fastest variant.
   MethodProperties Properties(const MethodRow& of, const MethodRow& ours, double ms) {
     MethodProperties row{of.method, {}};
     if (!of.refused.empty()) return row;
     if (!rays_) {
       rays_ = std::make_unique<RayBench>(bench_.scene(), bench_.mesh(proxy_));
-      // A plane in place of a plane says nothing.
+      // If the proxy is a plane, comparing it with a plane says nothing.
       if (CanOcclude(bench_.mesh(proxy_)))
         plane_ = bench_.lumigraph().NewRenderer(MakeCpuRenderer, FacingPlane(bench_.scene(), 1));
     }
@@ -189,19 +189,19 @@ class MethodBench {
     for (const Algorithm a : Algorithms())
       if (Name(a) == of.method) s.method = a;
     if (s.k == 0) s.k = 4;
-    // Whether it can heed resolution, where the scene does not call for it, too.
+    // Resolution is switched on to show that the method can use it, even if the scene does not need it.
     if (s.method == Algorithm::kUlr && s.resolution == Resolution::kOff) s.resolution = Resolution::kJacobian;
     s.method_count = s.method_parameter = -1;
     RayFigures rays;
     try {
       rays = MeasureRays(*rays_, s);
-    } catch (const DataError&) {  // it takes the held-out views, and none from beside the photos
+    } catch (const DataError&) {  // the method accepts the held-out views, but no views beside the cameras
     }
     std::optional<double> correspondence;
     if (plane_) {
       correspondence = 0;
       for (const Judged& j : choosing_) {
-        const RenderRequest request = bench_.Request(j.view, s);  // not refused at full size, and not here
+        const RenderRequest request = bench_.Request(j.view, s);  // accepted at full size, so accepted here
         const Judged flat{j.view, plane_.get(), j.seen};
         *correspondence +=
             (Judge(j, request, 0).psnr_seen_db.value_or(0) - Judge(flat, request, 0).psnr_seen_db.value_or(0)) /
@@ -233,7 +233,8 @@ class MethodBench {
   }
 
  private:
-  // Few photos are left out one at a time: settings are chosen on every second, and reported on the others.
+  // If there are few photos, each is left out alone: settings are chosen on every second one, and reported on the
+  // others.
   std::vector<Judged> Photos(Fold fold, int most, int width) {
     std::vector<TestView> views;
     const Scene& scene = bench_.scene();
@@ -267,14 +268,14 @@ class MethodBench {
         few_ ? ProxyFor(scene.folder, proxy_, kHoldoutEach, photo, static_cast<int>(scene.views.size())) : proxy_;
     Over& over = over_[name];
     if (over.renderer) return over;
-    // Workbench has put the folds' own proxy in the active one's place.
+    // Workbench already uses the proxy that was made without the folds' photos.
     const Mesh mesh = few_ ? LoadProxy(scene, name) : bench_.mesh(proxy_);
     over.renderer = bench_.lumigraph().NewRenderer(MakeCpuRenderer, mesh);
     over.seen = std::make_unique<SeenPixels>(*WorldOf(scene, mesh));
     return over;
   }
 
-  // repeats: of the time; 0: the picture is drawn once.
+  // repeats: timed frames; 0: the picture is drawn once.
   ViewScore Judge(const Judged& j, const RenderRequest& request, int repeats) {
     ViewScore score{j.view.name, 0, 0, 0, 0, std::nullopt};
     const TimedFrame frame = TimeFrame(*j.renderer, request, repeats);
@@ -296,7 +297,7 @@ class MethodBench {
   std::map<std::string, Over> over_;
   std::vector<Judged> choosing_, reporting_;
   std::unique_ptr<RayBench> rays_;   // made when first wanted
-  std::unique_ptr<Renderer> plane_;  // over a plane through the scene; none where the proxy is one
+  std::unique_ptr<Renderer> plane_;  // over a plane through the scene; none if the proxy is a plane
 };
 
 TradeoffTable TableOf(const std::vector<MethodRow>& rows, double nearest_ms) {

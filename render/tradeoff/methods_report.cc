@@ -40,7 +40,7 @@ std::string FigureText(const std::optional<double>& value, const char* format) {
   return value ? fmt::format(fmt::runtime(format), *value) : std::string();
 }
 
-// The highest of a scene's; which of this renderer's ways and of the others' that is.
+// The best PSNR of a scene: of this renderer's variants and of the other methods, and by how much one is ahead.
 std::string AheadOf(const ReportedScene& scene) {
   const ReportedMethod *ours = nullptr, *theirs = nullptr;
   for (const ReportedMethod& m : scene.methods) {

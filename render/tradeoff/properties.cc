@@ -48,7 +48,7 @@ constexpr const char* kPropertiesMarker = "properties.json";
 constexpr int kRays = 200;                   // random rays of a figure
 constexpr int kOwnWidth = 96;                // of the pictures at all source cameras
 constexpr std::size_t kOptimumCameras = 12;  // at which the optimum solves every pixel
-constexpr float kInner = 0.999F;             // field-of-view value of a pixel that the photo contains wholly
+constexpr float kInner = 0.999F;             // field-of-view value of a pixel that lies wholly within the photo
 
 // Ranks with ties sharing their mean.
 std::vector<double> Ranks(const std::vector<double>& v) {
@@ -217,9 +217,9 @@ class Properties {
             {"infinity_psnr_db", HeldOut(*with_infinity, settings_).psnr_db}};
   }
 
-  // A world whose colour at a point is the direction that it is seen from: as view-dependent as can be, and known. What
-  // is blended is held to the ray's own direction, beside the photo nearest in angle alone, and the mean of all that
-  // see the point, a texture's.
+  // In a synthetic world, the colour at a point is the direction from which it is seen: known, and fully
+  // view-dependent. The blended colour is compared with the ray's own direction. Baselines: the photo nearest in angle
+  // alone, and the mean of all photos that see the point (as a texture would have).
   Figures ViewDependence() {
     RadianceSettings everyone = settings_;
     everyone.k = 0;
@@ -258,8 +258,8 @@ class Properties {
             {"rank_correlation_median", correlations.empty() ? std::nullopt : std::optional(Median(correlations))}};
   }
   static std::optional<double> RankCorrelation(const std::vector<double>& weights, const std::vector<double>& angles) {
-    // Cameras that see nothing of p weigh 0 all alike: the order among them says nothing. With fewer than three others,
-    // nothing can be ranked.
+    // Cameras that do not see p all have weight 0 and cannot be ranked. At least three others are needed for a rank
+    // correlation.
     std::vector<double> w, a;
     for (std::size_t i = 0; i < weights.size(); ++i)
       if (weights[i] > 0) {
@@ -270,8 +270,8 @@ class Properties {
     return Pearson(Ranks(w), Ranks(a));
   }
 
-  // At each source camera its own photo is white and all others are black: the picture is the own photo's weight,
-  // whatever way the renderer took to it.
+  // At each source camera, its own photo is white and all others are black: the picture then shows the weight of the
+  // camera's own photo, for any method.
   Figures Epipoles() {
     std::vector<Photo> photos(scene().views.size());
     for (Photo& p : photos) p.levels = {Image8(1, 1, 3, 0)};
@@ -280,8 +280,8 @@ class Properties {
     RadianceSettings pixel = settings_;
     pixel.resolution = Resolution::kOff;
     pixel.time = false;
-    // The optimum gives a photo back where it sees the place wholly: within its border; without visibility, and with
-    // it, where it is told so by a depth map that is feathered beside its silhouettes.
+    // The optimum gives a photo back only where f v = 1: inside its border and, with visibility, away from silhouettes,
+    // beside which depth maps are feathered. So it is measured with and without visibility.
     RadianceSettings clear = pixel;
     clear.visibility = false;
     struct Case {
@@ -314,7 +314,7 @@ class Properties {
           for (int y = 0; y < image.height; ++y)
             for (int x = 0; x < image.width; ++x) {
               const float alpha = image.At(x, y, 3);
-              // Only pixels that are seen wholly: at its very border a photo fades into a hole.
+              // Only fully opaque pixels: at its border a photo fades into a hole.
               if (!(alpha > kInner) || (c.inner_only && !Inner(x, y, image, c.settings))) continue;
               const double weight = image.At(x, y, 0) / alpha;
               c.smallest = std::min(c.smallest, weight);
@@ -364,9 +364,9 @@ class Properties {
   }
 
   Figures Continuity() {
-    // Straight ways of a tenth of a scene size, all looking at one point of the proxy, walked in three step sizes. A
-    // stretch where the ray to p passes a camera closer than `clear` is left out: at an epipole, slopes grow without
-    // bound.
+    // The view moves along straight lines of a tenth of a scene size, looking at one point p of the proxy, in three
+    // step sizes. Parts where the ray to p passes a camera closer than `clear` are left out: at an epipole, slopes grow
+    // without bound.
     const RadianceSettings& s = settings_;
     constexpr double kLength = 0.1;
     constexpr int kSteps[] = {10, 100, 1000};
@@ -383,7 +383,7 @@ class Properties {
       const Eigen::Vector3d p = rays[i].p, from = rays[i].eye, to = rays[i + 1].eye;
       if (!((to - from).norm() > 0)) continue;
       const Eigen::Vector3d way = kLength * (to - from).normalized();
-      // Tenths of the way that stay clear of epipoles at 5 places each: the same for the three step sizes.
+      // Each tenth of a line is checked at 5 positions for epipoles, so that all step sizes use the same parts.
       for (int tenth = 0; tenth < 10; ++tenth) {
         bool near = false;
         for (int n = 0; n <= 4; ++n) near = near || passes(from + (tenth + 0.25 * n) / 10 * way, p);

@@ -31,7 +31,7 @@ double SpacingOf(const std::vector<RenderView>& views) {
 
 RayBench::RayBench(const Scene& scene, const Mesh& proxy)
     : scene_(scene), traced_(scene, proxy), spacing_(SpacingOf(traced_.sources.views)) {
-  // A view as fine as the photos.
+  // Test views get the focal length and size of a photo.
   const RenderView& v = sources().views[sources().views.size() / 2];
   const Eigen::Matrix3d M = v.P.leftCols<3>() / v.P.row(2).head<3>().norm();
   size_px_ = v.size_px;
@@ -85,7 +85,7 @@ std::vector<double> RayBench::WeightsAt(const Sources& sources, const Eigen::Vec
   const Sources here = {sources.views, Similarity3(), sources.fields};
   ViewSetup setup = MakeViewSetup(here, desired, s);
   if (s.method != Algorithm::kUlr) setup.method = MakeComparator(here, traced_.tracer, setup);
-  // The way a renderer goes: from the pixel, by the matrix.
+  // Computes the direction as a renderer does: from the pixel, by the matrix.
   const Eigen::Vector3d pixel = KR * (p - eye);
   RaySamples rays;
   rays.exact_direction = {
@@ -94,7 +94,7 @@ std::vector<double> RayBench::WeightsAt(const Sources& sources, const Eigen::Vec
   rays.t = {0.0F};
   rays.normal.resize(1);
   rays.face = {-1};
-  // The surface of the point that is meant, whatever lies before it: from shortly before the point.
+  // Finds the surface at p even if something occludes it, by tracing from shortly before p.
   constexpr double kShortlyBefore = 1e-3;  // of the distance
   traced_.tracer.Trace((p - kShortlyBefore * (p - eye)).cast<float>(), rays.direction, rays.t, rays.normal, rays.face);
   rays.t = {static_cast<float>((p - eye).norm())};

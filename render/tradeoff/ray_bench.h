@@ -1,5 +1,5 @@
-// Rays of a lumigraph and the weights that photos get there, by any method, without a picture: what properties of
-// reconstruction are measured on.
+// Rays of a lumigraph and the weights of photos at them, by any method and without rendering a picture: for measuring
+// properties of reconstruction.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,22 +22,24 @@ class RayBench {
     Eigen::Vector3d eye, p;
     std::int32_t near = 0;  // that camera
   };
-  // spread: of the points around the cameras, in spacings. Throws DataError where no ray meets the proxy.
+  // spread: distance of eyes from the cameras along each axis, at most, in spacings. Throws DataError where no ray
+  // meets the proxy.
   std::vector<Ray> RandomRays(int count, double spread = 0.3, unsigned seed = 7) const;
 
   // Distance to the proxy along a unit direction; +infinity where it is missed.
   double Trace(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction) const;
   // Median distance of a camera to its nearest neighbour, normalised units.
   double Spacing() const { return spacing_; }
-  // A camera at `eye` that looks at p, as fine as a photo.
+  // Matrix of a camera at `eye` that looks at p, with a photo's focal length.
   Eigen::Matrix3d Facing(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) const;
 
-  // All photos' weights at p, seen from `eye` by a camera with this matrix; zeros: a hole. Throws what the method does.
+  // All photos' weights at p, seen from `eye` by a camera with this matrix; zeros: a hole. Throws what the method
+  // throws.
   std::vector<double> WeightsAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& p, const RadianceSettings& s,
                                 const Eigen::Matrix3d& KR) const {
     return WeightsAt(traced_.sources, eye, p, s, KR, Visibility(s));
   }
-  // The same of other cameras (one that was moved), as many as the scene's.
+  // The same for other cameras (e.g. with one moved), as many as the scene has.
   std::vector<double> WeightsAt(const Sources& sources, const Eigen::Vector3d& eye, const Eigen::Vector3d& p,
                                 const RadianceSettings& s, const Eigen::Matrix3d& KR,
                                 const VisibilityMaps* visibility) const;

@@ -17,10 +17,10 @@ namespace {
 
 constexpr int kTableRays = 200, kWays = 20;
 constexpr double kTail = 0.05;    // of a distribution: one ray in twenty may be worse
-constexpr double kIsUsed = 1e-3;  // a weight near a photo's own camera that says it counts
-constexpr double kLeads = 0.05;   // of the photo that counts most: below it, all are alike
+constexpr double kIsUsed = 1e-3;  // a photo counts as used if it has this weight near its own camera
+constexpr double kLeads = 0.05;   // least weight of the photo that counts most: below it, all photos count about alike
 
-// f(i) for i < n on all cores. A method may refuse some views: what it throws comes out only where it refuses all.
+// f(i) for i < n on all cores. A method may refuse some views: its exception is thrown again only if it refuses all.
 template <typename F>
 void ForRays(std::size_t n, const F& f) {
   std::mutex failing;
@@ -120,9 +120,10 @@ class RayProperties {
 
  private:
   static constexpr std::size_t kBorderRays = 4;
-  static constexpr double kInside = 1e-4;  // of its width: at the border, and still within rounding
+  static constexpr double kInside = 1e-4;  // of the photo's size: at the border, but inside it whatever the rounding
 
-  // Of a photo at its own camera: visibility's feathers beside silhouettes are another column's.
+  // Settings for a photo at its own camera, without visibility: its feathers beside silhouettes belong to another
+  // column.
   RadianceSettings Clear() const {
     RadianceSettings s = plain_;
     s.visibility = false;
@@ -147,7 +148,7 @@ class RayProperties {
     return textured > 0 ? (blended / sum - back).norm() / textured : kNoFigure;
   }
 
-  // Both views look along one direction, so that what differs is the place alone.
+  // Both views look in one direction, so that they differ in position only.
   double RayDifference(const RayBench::Ray& ray) const {
     const Eigen::Matrix3d facing = bench_.Facing(ray.eye, ray.p);
     const Eigen::Vector3d nearer = ray.eye + 0.5 * (ray.p - ray.eye);
@@ -169,7 +170,7 @@ class RayProperties {
     return after[most] / before[most];
   }
 
-  // Where one of the four photos nearest in angle cannot see the point and another one can.
+  // Only for points that one of the four photos nearest in angle cannot see and another photo can.
   double HiddenWeight(const RayBench::Ray& ray) const {
     const VisibilityMaps* maps = bench_.Visibility(s_);
     if (!maps) return kNoFigure;
@@ -218,7 +219,7 @@ class RayProperties {
     return false;
   }
 
-  // A thousandth of the photo's size inside its border, seen from a place beside its camera.
+  // At kInside of the photo's size inside its border, seen from a place beside its camera.
   double BorderWeight(std::size_t j, std::size_t side) const {
     const RenderView& v = bench_.sources().views[j];
     std::mt19937 random(static_cast<unsigned>(77 + 4 * j + side));
@@ -232,23 +233,23 @@ class RayProperties {
     if (!p) return kNoFigure;
     const Eigen::Vector3d eye =
         v.centre + 0.3 * bench_.Spacing() * Eigen::Vector3d(both(random), both(random), both(random));
-    // Where another photo shows the point: a border of all of them is the picture's own.
+    // Only for points that another photo contains: otherwise the photo's border is a border of the picture.
     bool other = false;
     for (std::size_t i = 0; i < bench_.sources().views.size() && !other; ++i) other = i != j && Contains(i, *p);
     if (!other) return kNoFigure;
     return bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j];
   }
 
-  // Along a straight way of a tenth of a scene size that looks at one point: the steps of a hundredth of the way over
-  // which a weight changes most, halved until what is left is a jump or nothing. Clear of epipoles, where slopes grow
-  // without bound.
+  // The view moves along a straight line of a tenth of a scene size in kParts steps, looking at one point. The
+  // kFollowed steps over which a weight changes most are halved until only a jump remains, or nothing. Parts near
+  // epipoles are left out, because slopes grow without bound there.
   double Jump(const RayBench::Ray& one, const RayBench::Ray& other) const {
     const Eigen::Vector3d p = one.p;
     if (!((other.eye - one.eye).norm() > 0)) return kNoFigure;
     const Eigen::Vector3d way = 0.1 * (other.eye - one.eye).normalized();
     const double clear = std::min(0.02, 0.3 * bench_.Spacing());
     const auto eye = [&](double s) { return Eigen::Vector3d(one.eye + s * way); };
-    // One matrix for all: that of a camera that turns with p is another question.
+    // One matrix for all positions: a camera that turns towards p would also change the weights.
     const Eigen::Matrix3d facing = bench_.Facing(eye(0.5), p);
     const auto at = [&](double s) { return bench_.WeightsAt(eye(s), p, s_, facing); };
     constexpr int kParts = 50, kHalvings = 14, kFollowed = 3;

@@ -48,7 +48,7 @@ bool HasSamples(const RadianceSettings& s) {
 RadianceSettings PerPixel(const RadianceSettings& settings) {
   RadianceSettings s = settings;
   s.grid_columns = s.grid_rows = 0;
-  // What a pixel of its own does not read must not tell two references apart.
+  // Options that weights at every pixel do not read are reset, so that equal references have equal settings.
   s.sampling = Sampling::kCandidates;
   s.epipoles = true;
   return s;
@@ -62,7 +62,7 @@ std::string PointName(const RadianceSettings& s, const RadianceSettings& base) {
   const bool optimum = s.similarity == Similarity::kFull;
   if (!optimum) name += s.k == 0 ? ", k all" : fmt::format(", k {}", s.k);
   if (!optimum && s.correlation != Correlation::kInverse) name += ", falling leaves";
-  // The rest is said where it differs.
+  // Other options are named if they differ from `base`.
   constexpr std::array<std::string_view, 6> kSaid = {"similarity", "k", "correlation", "grid", "sampling", "epipoles"};
   for (const SettingOption& o : SettingOptions()) {
     if (std::find(kSaid.begin(), kSaid.end(), o.name) != kSaid.end()) continue;
@@ -113,8 +113,8 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
   }
   with(Method::kPixel, grid, [](RadianceSettings& s) { s.k = 0; });
 
-  // A measure that comes in several ways, by each of them; then, one at a time, what each effect that is on costs, and
-  // what it is worth here. What is taken out of photos as they are read costs no frame anything.
+  // A measure with several variants is measured with each of them. Then each effect is switched off alone, to show its
+  // cost and its worth here; corrections applied when photos are read cost no frame anything.
   for (const SettingOption& o : SettingOptions())
     for (const std::string& choice : o.is_switch ? o.choices : std::vector<std::string>())
       for (const Method m : {Method::kCandidates, Method::kPixel, Method::kOptimumGrid})
@@ -133,7 +133,7 @@ std::vector<SweepPoint> SweepTable(const RadianceSettings& given, SweepSize size
     with(Method::kOptimumGrid, grid, [&](RadianceSettings& s) { s.sum = sum; });
   with(Method::kOptimumGrid, grid, [](RadianceSettings& s) { s.combine = Combine::kAdditive; });
 
-  // Crossings: cheap with cheap, dear with dear.
+  // Combinations of cheap with cheap options, and of expensive with expensive ones.
   for (const auto& [side, k] : {std::pair{8, 1}, {8, 2}, {16, 2}, {16, 3}, {32, 8}, {64, 16}}) {
     with(Method::kCandidates, side, [&](RadianceSettings& s) { s.k = k; });
     with(Method::kInterpolated, side, [&](RadianceSettings& s) { s.k = k; });

@@ -19,14 +19,15 @@ RadianceSettings WithMethod(RadianceSettings base, Method method, int grid = 25)
 // "candidates 25x25, k 4": the method and what differs from `base`.
 std::string PointName(const RadianceSettings& settings, const RadianceSettings& base);
 
-// Whether sparse samples decide anything: all photos as candidates are what a pixel of its own takes, too.
+// Whether sparse samples have an effect: with all photos as candidates, every pixel weighs the same photos as without
+// samples.
 bool HasSamples(const RadianceSettings& settings);
 
 // The same weights computed at every pixel: what a sparse point is measured against (Fig. 5-4).
 RadianceSettings PerPixel(const RadianceSettings& settings);
 
-// No two equal. quick: methods, a short line of grids and of k; else everything. methods_only: for a scene's further
-// proxies.
+// One measured setting; a table has no two equal ones. kMethods: the methods only (for a scene's further proxies);
+// kQuick: also a few grids and k; kFull: everything.
 struct SweepPoint {
   std::string name;
   RadianceSettings settings;

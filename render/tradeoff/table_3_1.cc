@@ -85,7 +85,7 @@ const std::array<std::optional<double>, kTableColumns>* Find(const SceneFigures&
   return nullptr;
 }
 
-// The worst over the scenes that have it; which scene that is.
+// The worst value over the scenes that have one, and that scene's name.
 std::pair<std::optional<double>, std::string> Worst(const std::vector<SceneFigures>& scenes, std::string_view method,
                                                     std::size_t column) {
   std::optional<double> worst;

@@ -12,7 +12,7 @@
 
 namespace lumi {
 
-// A column of the table: what decides.
+// A column of the table and its threshold.
 struct TableColumn {
   std::string_view key, title, unit_or_share;
   bool less_is_better = false;
@@ -29,7 +29,7 @@ struct TableRow {
   std::string_view why_not;
   std::string_view ticks;  // of the thesis, a letter a column: + or -
 };
-// The fourteen, then the thesis's own algorithm and SIBR's, which it does not have.
+// The thesis's fourteen methods, its own algorithm, then SIBR's, which the thesis does not list.
 const std::vector<TableRow>& TableRows();
 
 // A method's row of the table on a scene, by column, and all of a scene, as methods --properties writes them.

@@ -1,5 +1,6 @@
 // How wide the time window should be (thesis sec. 7.2): a narrow one leaves few photos, taken from other directions, a
-// wide one blends moments that differ. Both errors are read off the weights themselves, the sum of them off photos.
+// wide one blends moments that differ. Both errors are measured on the weights themselves, their sum on held-out
+// photos.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,8 +32,8 @@ double CircularDistance(double a, double b, double period) {
   return std::min(r, period - r);
 }
 
-// What moves in a truth: SCENE/truth/moving/NAME.png as lumi-simulate writes it, or black in SCENE/masks; empty: not
-// known.
+// Mask of the moving pixels of a ground-truth photo: SCENE/truth/moving/NAME.png as lumi-simulate writes it, or the
+// black pixels of SCENE/masks; empty: unknown.
 Image8 MovingPixels(const Scene& scene, const View& view, Eigen::Vector2i size_px) {
   if (scene.folder.empty()) return {};
   const bool simulated = !FindMask(scene.folder / "truth" / "moving", view.name).empty();
@@ -74,7 +75,7 @@ std::vector<Moment> MomentsOf(const Workbench& bench, const MeasureOptions& o, i
   return moments;
 }
 
-// Read off the weights, means over rays that meet the proxy.
+// Sums over rays that meet the proxy, of weighted means over photos.
 struct Blur {
   double time_s = 0, angle_rad = 0;
   long rays = 0;
@@ -144,7 +145,7 @@ TradeoffTable WindowTable(const std::vector<WindowRow>& rows) {
   return table;
 }
 
-// What a photo is off, and the error that follows, over the window's width.
+// Plots over the window's width: blur, and the error that follows.
 std::vector<Plot> WindowPlots(const TradeoffTable& table, double best_frames, double without_db) {
   const PlotAxis x{"window, frames", true};
   const auto series = [](const char* name, const char* color, const char* y) {
@@ -171,7 +172,7 @@ std::vector<Plot> WindowPlots(const TradeoffTable& table, double best_frames, do
 
 std::vector<double> Widths(double span_s, double frame_s, bool periodic) {
   std::vector<double> widths;
-  // From what one photo may fill to all there is.
+  // From the whole time span down to one photo's.
   for (double w = span_s; w >= frame_s && widths.size() < 12; w /= 2) widths.push_back(w);
   if (!periodic && !widths.empty()) widths.front() = span_s * 2;
   std::reverse(widths.begin(), widths.end());
@@ -204,7 +205,7 @@ Answer RunTimeWindows(const MeasureOptions& o, ProgressSink& sink) {
       throw DataError(m.view.name + " carries no time", "", o.against.empty() ? o.scene : o.against);
   const TracedProxy traced(scene, bench.mesh(proxy));
 
-  // In a periodic scene photos of all turns stand side by side in the period.
+  // In a periodic scene, photos of all periods are neighbours in phase.
   const double nearest_s =
       period_s > 0 ? std::min(frame_s, period_s) * std::min(1.0, period_s / static_cast<double>(times.size()) / frame_s)
                    : frame_s;

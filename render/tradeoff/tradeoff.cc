@@ -24,7 +24,7 @@ constexpr const char* kTradeoffMarker = "tradeoff.json";
 constexpr double kBudgetsMs[] = {8, 16, 33, 100};
 constexpr int kReferenceWidth = 480, kProbeWidth = 64, kLeastReferenceWidth = 160;
 constexpr double kLeastShown =
-    1e-3;  // squared error that the logarithmic axis of Fig. 5-4 ends at: no screen shows less
+    1e-3;  // least squared error on the logarithmic axis of Fig. 5-4: smaller ones are invisible
 constexpr double kReferenceMs = 30000;  // what the reference pictures may take together
 
 struct Pair {
@@ -60,7 +60,7 @@ void ListKeys(JsonKeys& j, MeasuredPoint& p) {
   j.IfAny("against_optimum", p.optimum).IfAny("against_pixel", p.pixel);
 }
 
-// Samples against pixels: what they lose, and how much faster they are.
+// Sparse samples compared with weights at every pixel: what they lose, and how much faster they are.
 struct SparseRow : MeasuredPoint {
   std::optional<double> speed_up;
 };
@@ -131,7 +131,7 @@ class Tradeoff {
     // Fig. 5-4 is of one virtual view where one is given.
     first_figure_view_ = o_.path.empty() ? 0 : views_.size();
     last_figure_view_ = o_.path.empty() ? views_.size() : views_.size() + 1;
-    if (!o_.path.empty()) FirstOfPath(bench_.scene(), o_.path, 16);  // its failure now, not after the sweep's
+    if (!o_.path.empty()) FirstOfPath(bench_.scene(), o_.path, 16);  // an invalid path fails now, not after the sweep
   }
 
   Answer Run() {
@@ -143,8 +143,8 @@ class Tradeoff {
                                                                     : SweepSize::kFull))
         table.emplace_back(bench_.proxies()[i], std::move(p));
     {
-      // Repeats come in rounds over a proxy's settings: what else the machine does for a moment slows all of them, not
-      // one.
+      // Repeats are measured in rounds over all settings of a proxy: other load on the machine then slows all of them,
+      // not only one.
       Progress progress(sink_, "measuring settings", static_cast<long>(table.size()) * o_.repeats);
       for (std::size_t begin = 0, end = 0; begin < table.size(); begin = end) {
         const std::string proxy = table[begin].first;
@@ -182,7 +182,8 @@ class Tradeoff {
     return r;
   }
 
-  // Whether the optimum is there, and how large its reference pictures may be: by a small picture's time.
+  // Decides, by the time of a small picture, whether the optimum can be rendered and how large its reference pictures
+  // may be.
   void DecideReference() {
     const std::string& proxy = bench_.proxies().front();
     reference_width_ = std::min(width_, o_.reference_width_px > 0 ? o_.reference_width_px
@@ -265,7 +266,7 @@ class Tradeoff {
     }
   }
 
-  // Another round's frames. What takes seconds is not noise any more.
+  // Times the frames of another round, unless they take seconds: repeating those would not reduce noise.
   void Again(MeasuredPoint& m) {
     if (Median(m.times) > kSlowMs) return;
     Renderer& renderer = bench_.Measured(m.proxy);
@@ -276,11 +277,12 @@ class Tradeoff {
     }
   }
 
-  // Of all points; those that are not of the proxy (empty: any), or of no front, have no axes.
+  // Cost and quality of all points; empty for points of another proxy (`proxy` empty: any) and for points that no front
+  // may contain.
   std::vector<CostAndQuality> AxesOf(const std::string& proxy) const {
     std::vector<CostAndQuality> axes;
     for (const MeasuredPoint& p : points_) {
-      // What an effect costs is shown, but evidence switches effects, not a budget.
+      // An effect's cost is shown, but effects are switched by evidence, not by a budget.
       const bool traded = WithTradedSettings(bench_.settings(), p.settings) == p.settings;
       axes.push_back(traded && (proxy.empty() || p.proxy == proxy) ? CostAndQuality{p.ms, p.holdout.psnr_db}
                                                                    : CostAndQuality());
@@ -288,7 +290,7 @@ class Tradeoff {
     return axes;
   }
 
-  // What a setting does on photos that nothing was chosen on.
+  // The error of a setting on the reporting fold, on which nothing was chosen.
   FrameError Report(const MeasuredPoint& p) {
     std::vector<FrameError> errors;
     for (const TestView& t : report_views_)
@@ -310,7 +312,7 @@ class Tradeoff {
     return Mean(errors);
   }
 
-  // What follows from the points.
+  // Computes everything that follows from the points.
   void Report() {
     device_ = bench_.Measured(bench_.proxies().front()).Device();
     table_ = PointTable(points_);
@@ -432,7 +434,7 @@ class Tradeoff {
          {"candidates", "", "#15803d", Marker::kSquare, true},
          {"optimum on the grid", "", "#9333ea", Marker::kDiamond, true}},
         "line"};
-    panel.label_front_only = true;  // there is none: a line's points need no labels
+    panel.label_front_only = true;  // there is no front, so the lines' points need no labels
     panel.least = kLeastShown;
     const Plot picture = PlotOf(table, panel);
     panel.title = "(b) False colours", panel.y = "false_color";

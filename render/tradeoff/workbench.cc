@@ -71,7 +71,7 @@ Workbench::Workbench(const MeasureOptions& o, const std::string& marker, Progres
 
 std::string Workbench::Evaluated(const std::string& proxy, ProgressSink& sink) {
   if (!o_.view.empty()) return proxy;
-  // The choosing fold is the one that may be empty; the reporting one's first photo is left out whatever N is.
+  // Only the choosing fold may be empty: the reporting fold always holds the first photo.
   const int n = HoldoutWithPhotos(scene(), o_.holdout, Fold::kChoose);
   const std::string evaluated = ProxyFor(scene().folder, proxy, n, {0});
   if (evaluated == proxy) return proxy;

@@ -14,7 +14,7 @@
 
 namespace lumi {
 
-struct MeasureOptions : LumigraphOptions {  // settings: where lines start
+struct MeasureOptions : LumigraphOptions {  // settings: the base point of the sweep
   std::filesystem::path output;
   std::vector<std::string> proxies;  // empty: all the scene has, the active one first
   std::string backend = "cpu";       // cpu, gl
@@ -51,14 +51,14 @@ class Workbench {
   // As --settings takes them back.
   JsonKeys Keys(const RadianceSettings& settings) const { return KeysOf(settings, lumigraph_.own_times(), o_.backend); }
   const std::vector<std::string>& proxies() const { return proxies_; }
-  // Where the scene has a proxy that was made without the photos held out, that one, in its place.
+  // The proxy's mesh or, if the scene has one, that of the proxy made without the held-out photos.
   const Mesh& mesh(const std::string& proxy) const;
-  // Those in whose place others stand, by name, and which; of a photo that --view names none.
+  // Proxies that were replaced for the evaluation, with their replacements, by name; empty with --view.
   const std::map<std::string, std::string>& proxies_evaluated() const { return evaluated_; }
-  // Made when first wanted. The CPU's is where references come from, whatever is measured.
+  // Renderers are made when first needed. References always come from the CPU's.
   Renderer& Cpu(const std::string& proxy);
   Renderer& Measured(const std::string& proxy);
-  // Forgets a proxy's renderers: their memory is that of the photos on a GPU.
+  // Destroys a proxy's renderers: on a GPU, each holds all photos.
   void Drop(const std::string& proxy);
   // Width that frames are measured at.
   int Width() const;
@@ -66,14 +66,14 @@ class Workbench {
   bool MayWriteScene() const;
 
  private:
-  // The name of the file that is rendered over.
+  // The name of the proxy that is rendered over in place of `proxy`.
   std::string Evaluated(const std::string& proxy, ProgressSink& sink);
 
   const MeasureOptions& o_;
   Lumigraph lumigraph_;
   std::vector<std::string> proxies_;
   std::map<std::string, std::string> evaluated_;
-  std::map<std::string, Mesh> meshes_;  // but for the first
+  std::map<std::string, Mesh> meshes_;  // all but the first proxy's
   std::map<std::string, std::unique_ptr<Renderer>> cpu_, gl_;
 };
 

@@ -1,5 +1,4 @@
-// How wrong the current settings are, where it can be seen: a photo's own view, rendered without that photo, against
-// the photo.
+// Measures the error of the current settings: a photo's own view, rendered without that photo, compared with it.
 #pragma once
 
 #include <future>
@@ -16,11 +15,11 @@ namespace lumi {
 
 struct MeasuredError {
   std::string photo;
-  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // the photo's, halved or not: at most kErrorSide
+  Eigen::Vector2i size_px = Eigen::Vector2i::Zero();  // the photo's, halved until at most kErrorSide
   double psnr_db = 0, ssim = 0;                       // over all pixels, a hole counts as black
   double coverage = 0;
   double ms = 0;              // to draw it
-  RadianceSettings settings;  // that it belongs to
+  RadianceSettings settings;  // settings that were measured
   Image8 difference;          // |picture - photo|, four times, upright
 };
 
@@ -32,13 +31,13 @@ class ErrorProbe {
  public:
   ErrorProbe(const Scene& scene, GlLumigraph& lumigraph) : scene_(scene), painter_(lumigraph) {}
 
-  // The photo is read, and compared, on other threads.
+  // The photo is read and compared on other threads.
   void Start(ViewId view, const RadianceSettings& settings);
   bool busy() const { return reading_.valid() || painter_.busy() || comparing_.valid(); }
   bool drawing() const { return painter_.busy(); }
   void Cancel() { painter_.Cancel(); }
 
-  // As StripPainter's; returns the result once. Throws InputError for a photo that cannot be read, and what Begin
+  // As StripPainter::Step; returns the result once. Throws InputError for a photo that cannot be read, and what Begin
   // throws.
   std::optional<MeasuredError> Step(double step_ms, bool undisturbed);
 

@@ -9,10 +9,10 @@
 namespace lumi {
 namespace {
 
-// Before anything was measured: two cores on the one hand, any graphics processor on the other.
+// Rates assumed before anything was measured: for two CPU cores, and for any graphics processor.
 constexpr double kSoftwarePixelsPerMs = 1500;
 constexpr double kHardwarePixelsPerMs = 1e6;
-// So little is not worth two resolutions.
+// From this scale on, the preview is drawn at full size: a second resolution would not pay.
 constexpr double kNearlyFull = 0.85;
 
 }  // namespace
@@ -67,7 +67,7 @@ void FramePainter::Paint(const RenderRequest& request, const RenderRequest& prev
     refined_rows_ = 0;
     refining_ms_ = 0;
   }
-  // Rows of the full picture, behind the one that is shown.
+  // Draws rows of the full picture into its own target, while the preview is shown.
   const double rows = InOneGo(request.settings) ? full.y() : options_.refine_ms * refining_rate_ / full.x();
   const int last = std::min(full.y(), refined_rows_ + std::max(4, static_cast<int>(rows)));
   refining_ms_ += Timed(request, full_, refined_rows_, last, !begun_, refining_rate_);

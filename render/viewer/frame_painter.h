@@ -1,5 +1,5 @@
-// Keeps the picture in step with the user: while anything moves it is drawn as large as the time allows; at rest it is
-// refined to full resolution, some rows a frame, so that the next move is answered at once.
+// Keeps the picture responsive: while anything moves, it is drawn as large as the time allows; at rest it is refined to
+// full resolution, some rows per frame, so that the next move is shown at once.
 #pragma once
 
 #include "render/gl/gl_lumigraph.h"
@@ -29,7 +29,7 @@ class FramePainter {
   // The size that a moving picture has in a window of this size.
   Eigen::Vector2i PreviewSize(const Eigen::Vector2i& full_px) const;
 
-  // Something else was begun on the lumigraph: a half-refined picture starts again.
+  // Tells the painter that something else was begun on the lumigraph: a half-refined picture starts again.
   void Disturbed() { begun_ = false; }
   void SetMovingTime(double ms) { options_.moving_ms = ms; }
 
@@ -37,7 +37,7 @@ class FramePainter {
   bool empty() const { return shown_ == nullptr; }
   const GlTarget& shown() const { return *shown_; }
   const Eigen::Vector2i& shown_size_px() const { return shown_size_px_; }
-  // Of the preview that the last call drew, and 0 where it drew none: what it takes, at the full size.
+  // Time of the preview that the last call drew, scaled to full size; 0 if it drew none.
   double preview_ms() const { return preview_ms_; }
   double picture_ms() const { return picture_ms_; }  // of the last picture, in one go or in strips
   bool painted() const { return painted_; }          // the last call drew something

@@ -32,6 +32,12 @@ int main(int argc, char** argv) {
   app.Flag("!--no-ui", o.show_ui, "No panel, also in screenshots");
   app.Flag("--rescale-cameras", o.rescale_cameras, "Fit cameras to photos of another size instead of refusing them");
   const lumi::SettingsLine settings(app);
+  app.Common({"--proxy", "--view", "--width", "--height", "--budget-ms", "--effects", "--path", "--screenshot", "--k",
+              "--grid"});
+  app.Examples(
+      "lumi-view scene\n"
+      "lumi-view colmap-workspace --proxy per-view\n"
+      "lumi-view scene --budget-ms 33                  as good as 33 ms a frame allow");
   program.RunAndExit(argc, argv, [&] {
     settings.Apply(o.settings, o.decided);
     return lumi::Answer(lumi::RunViewer(o, program.progress()), "");

@@ -19,7 +19,7 @@ void MotionBudget::Begin(double budget_ms, const std::filesystem::path& scene_fo
   End();
   budget_ms_ = budget_ms;
   if (const auto stored = FindFront(scene_folder, key); stored && !stored->points.empty()) return Start(stored->points);
-  // Weights are traded, the optimum is for rest.
+  // Only real-time weights are probed: the optimum is for a resting camera.
   for (FrontPoint& p : ProbeTable(base, {}))
     if (p.settings.similarity == Similarity::kIdentity) probing_.push_back(std::move(p));
 }
@@ -29,7 +29,7 @@ void MotionBudget::Probed(std::optional<double> ms) {
   FrontPoint p = probing_[next_++];
   if (ms) {
     p.ms = *ms;
-    // The table ascends in accuracy: its order is the quality, as long as nothing is measured against the photos.
+    // The table ascends in accuracy, so its order stands for the quality, which is not measured.
     p.psnr_optimum_db = static_cast<double>(next_);
     probed_.push_back(p);
   }

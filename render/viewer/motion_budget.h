@@ -1,5 +1,5 @@
 // Settings that hold a frame time while the camera moves: steps along the scene's measured front (tradeoff/budget.h),
-// or, where it has none for this machine, along what a probe measures in the window, a setting a frame. At rest the
+// or, if it has none for this machine, along settings that a probe measures in the window, one per frame. At rest the
 // user's settings are drawn.
 #pragma once
 
@@ -22,17 +22,17 @@ class MotionBudget {
 
   // A setting whose time is wanted, or nullptr: nothing is to be probed (any more).
   const RadianceSettings* ToProbe() const { return next_ < probing_.size() ? &probing_[next_].settings : nullptr; }
-  // That one took so long, at the window's size; nullopt: the backend does not do it.
+  // The time of that setting at the window's size; nullopt: the backend does not support it.
   void Probed(std::optional<double> ms);
 
-  // What to draw now in place of `base`; base itself at rest, while probing, and where nothing of the front goes with
-  // it.
+  // The settings to draw now in place of `base`; `base` itself at rest, while probing, and if the front's settings are
+  // invalid with it.
   RadianceSettings Next(double now_s, bool camera_moved, const RadianceSettings& base);
-  // How long that took, at the window's size.
+  // The time that drawing took, at the window's size.
   void Measured(double ms) {
     if (controller_) controller_->Measured(ms);
   }
-  const std::string& name() const { return name_; }  // of what moves now, for people
+  const std::string& name() const { return name_; }  // of the settings used while moving, for people
 
  private:
   void Start(std::vector<FrontPoint> points);

@@ -10,7 +10,7 @@
 
 namespace lumi {
 
-// What part of the image plane z = 1 a window shows at least (whatever its shape), in tangents.
+// The part of the image plane z = 1 that a window of any shape shows at least, in tangents.
 struct Lens {
   Eigen::Vector2d extent = {1.0, 0.75};             // width and height; height in units of fx, as the width
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  // of the principal point from the middle

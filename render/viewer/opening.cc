@@ -13,7 +13,7 @@
 namespace lumi {
 namespace {
 
-// Views that tell which effects are called for: along a walk through the photos.
+// Evidence for effects is gathered at so many views along a walk through the photos.
 constexpr double kLookedAt = 8;
 constexpr int kLookWidth = 640, kLookHeight = 480;
 
@@ -34,7 +34,7 @@ void ApplyEffects(const EffectChoice& choice, const Decided& decided, RadianceSe
   for (const Effect& e : choice.effects) {
     if (decided.Has(e.name)) continue;
     SwitchEffect(settings, e.name, e.on);
-    // And in the way that the data call for, where it comes in several.
+    // If the effect has several variants, takes the one that the data call for.
     const SettingOption* option = FindSettingOption(e.name);
     if (e.on && IsOn(choice.settings, e.name)) option->set(settings, option->get(choice.settings));
   }
@@ -50,7 +50,7 @@ void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSet
 
 namespace {
 
-// Each frame has its proxy, its moment, and its place.
+// Options that contradict a path of matrices are refused: each of its frames has its own proxy, moment and camera.
 void OpenAlongMatrices(const ViewerOptions& options, ProgressSink& progress, Opened& o) {
   if (!options.proxy.empty() && options.proxy != kPerViewProxy)
     throw UsageError("a path of matrices is shown with each view's own proxy, not with " + options.proxy,
@@ -80,7 +80,7 @@ std::unique_ptr<Opened> OpenForViewing(const ViewerOptions& options, ProgressSin
   }
   if (!options.path.empty()) o->path = ReadCameraPath(options.path, PathDetail::kKeyframes);
   std::string name = options.proxy.empty() ? scene.active_proxy : options.proxy;
-  // A workspace that is not ours has no active proxy: any one shows more than none.
+  // A workspace that is not ours has no active proxy: its first one is better than none.
   if (const auto names = ListProxies(scene.folder); name.empty() && !names.empty()) name = names.front();
   if (name == kPerViewProxy)
     throw UsageError("--proxy per-view is seen along a path of matrices", "name one with --path");

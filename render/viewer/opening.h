@@ -16,7 +16,7 @@
 
 namespace lumi {
 
-// What the opening thread is at, for the window; also passed on to the terminal.
+// The opening thread's progress, for the window; also passed on to the terminal.
 class OpeningProgress final : public ProgressSink {
  public:
   explicit OpeningProgress(ProgressSink& terminal) : terminal_(terminal) {}
@@ -48,7 +48,7 @@ class OpeningProgress final : public ProgressSink {
   bool cancelled_ = false;
 };
 
-// A proxy with what each photo sees of it: that takes its time, and does not need the window. Constant from then on.
+// A proxy with its visibility maps, which are slow to make and need no window. Never changed afterwards.
 struct PreparedProxy {
   std::string name;
   Mesh mesh;
@@ -60,17 +60,17 @@ PreparedProxy PrepareProxy(const std::string& name, Mesh mesh, const Sources& so
 struct Opened {
   Lumigraph lumigraph;
   std::optional<MatrixPath>
-      matrices;                    // where the lumigraph is seen along them: without a metric, or by the user's path
+      matrices;  // set if the lumigraph is played along matrices: a scene without a metric, or the user's path
   std::vector<RenderView> frames;  // of that path, at its size
-  // Of the others: where the camera goes anywhere.
+  // Only without `matrices`, where the camera moves freely:
   PreparedProxy proxy;
-  EffectChoice effects;  // what the data call for, but for exposure: the photos are not read yet
+  EffectChoice effects;  // called for by the data, except those that need the photos, which are not read yet
   CameraPath path;
 };
 
-// The effects of `choice` in settings that otherwise stay; those in `decided` stay as well.
+// Sets the effects of `choice` in `settings`, except those in `decided`; other settings stay.
 void ApplyEffects(const EffectChoice& choice, const Decided& decided, RadianceSettings& settings);
-// A list of effects, none or auto as a script spells it: those and no others. Throws UsageError.
+// Sets effects from a script's list, none or auto; effects not in the list are switched off. Throws UsageError.
 void SetEffects(const std::string& list, const EffectChoice& choice, RadianceSettings& settings);
 
 // By name, or by position. Throws UsageError.

@@ -1,4 +1,4 @@
-// The scene as a web page, by lumi-export on a thread of its own, while the window goes on.
+// Exports the scene as a web page, by lumi-export on a thread of its own, while the window stays responsive.
 #pragma once
 
 #include <atomic>
@@ -22,8 +22,8 @@ class PageExport {
 
   bool ended() const { return ended_; }
   const std::filesystem::path& file() const { return file_; }
-  std::string task() const;  // what it is at, "encoding photos 12/24"
-  // Once it ended: the page's megabytes; throws what lumi-export said where there is none.
+  std::string task() const;  // its current task, "encoding photos 12/24"
+  // Once it ended: the page's megabytes; throws lumi-export's error if it failed.
   double Result() const;
 
  private:

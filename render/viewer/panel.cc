@@ -100,7 +100,7 @@ void Legend(const PanelFacts& facts) {
                   facts.heat_unit));
 }
 
-// How far the marks are apart, and the scale that follows where the user knows it.
+// The distance between the marks, and a field for the true distance, which sets the scale.
 void Scale(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   if (facts.marks.size() < 2) return;
   Dim(LengthText((facts.marks[0] - facts.marks[1]).norm(), facts.metres_per_unit) + " between the marks");
@@ -230,7 +230,7 @@ void DrawOpening(const std::string& scene, const std::string& task, double fract
   ImGui::TextUnformatted(("opening " + scene).c_str());
   if (fraction >= 0)
     ImGui::ProgressBar(static_cast<float>(fraction), ImVec2(-1, 0));
-  else  // its length is not known: something that moves
+  else  // unknown length: an animated bar
     ImGui::ProgressBar(static_cast<float>(0.5 - 0.5 * std::cos(2 * ImGui::GetTime())), ImVec2(-1, 0), "");
   Dim(task.empty() ? "reading the scene" : task);
   ImGui::End();

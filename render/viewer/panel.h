@@ -26,29 +26,28 @@ struct ViewerSettings {
   bool frusta = false;
   bool mesh = false;
   bool path = true;  // the camera path in the picture
-  bool fill = true;  // what no photo sees, smoothly from around it; pictures of colours alone
-  bool Fills() const { return fill && seen == Seen{} && !difference; }  // an error is shown beside what was judged
+  bool fill = true;  // fill holes smoothly from around them; only in colour pictures
+  bool Fills() const { return fill && seen == Seen{} && !difference; }  // a difference is of the picture with holes
   bool panel = true;
   bool help = false;
-  bool difference = false;  // of the error measured last, in a window of its own
-  bool play_time = false;   // the view's time goes on by itself
-  double budget_ms = 0;     // a frame while the camera moves; 0: settings stay, the size adapts
-  std::optional<bool>
-      refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
+  bool difference = false;     // shows the last measured difference, in a window of its own
+  bool play_time = false;      // the view's time goes on by itself
+  double budget_ms = 0;        // a frame while the camera moves; 0: settings stay, the size adapts
+  std::optional<bool> refine;  // to optimal weights at rest; unset: only with a budget, or if the optimum is asked for
   bool Refines() const {
     if (radiance.method != Algorithm::kUlr) return true;
     return refine.value_or(budget_ms > 0 || radiance.similarity == Similarity::kFull);
   }
-  std::map<std::string, bool> groups;  // of the panel: open or closed, where the user or a script said
+  std::map<std::string, bool> groups;  // of the panel: open or closed, if the user or a script set them
   int selected_key = -1;
-  double distance_m = 1;  // that the user knows, between the two marks
+  double distance_m = 1;  // true distance between the two marks, entered by the user
   std::array<char, 256> path_file{}, video_file{};
 };
 
 struct PanelFacts {
   std::string scene, device;
   double picture_ms = 0;  // the last whole picture, smoothed
-  double plan_ms = 0;     // of that, on the processor before the graphics processor draws
+  double plan_ms = 0;     // the part spent on the CPU before the graphics processor draws
   double frame_ms = 0;    // from frame to frame, smoothed
   double scale = 1;       // of the shown picture against the window
   bool complete = false;
@@ -63,17 +62,17 @@ struct PanelFacts {
   bool proxy_loading = false;
   std::string message;     // a line that fades
   std::string problem;     // why the settings are not what is shown: they are invalid, or this backend does not do them
-  std::string budget_now;  // what the budget chose for the moving camera
+  std::string budget_now;  // settings that the budget chose for the moving camera
   bool refined = false;    // what is shown has optimal weights at every pixel
   bool refining = false;   // that picture is being drawn
   double refined_fraction = 0, refinement_s = 0;
 
   std::vector<Effect> effects;            // as the data call for them
-  bool effects_open = false;              // exposures are still looked at
+  bool effects_open = false;              // the photos' effects are still being estimated
   std::pair<double, double> times{0, 0};  // of the photos, seconds; equal: they have none
   double period_s = 0;
 
-  // Of the heat map that is shown: its colours' ends.
+  // The heat map that is shown: values at the ends of its colour scale.
   bool heat = false;
   double heat_low = 0, heat_high = 0;
   std::string heat_unit;
@@ -92,7 +91,7 @@ struct PanelFacts {
   bool recording = false, recording_live = false;
   double recorded = 0;  // fraction of the path; live: seconds
   std::string recording_to;
-  std::string exporting;  // what the export of a web page is at; empty: there is none
+  std::string exporting;  // current task of the web page's export; empty: there is none
 };
 
 enum class RecordWish { kNone, kPath, kLive, kStop, kCancel };
@@ -105,8 +104,8 @@ struct PanelWishes {
   bool auto_effects = false;
   bool measure = false;
   std::optional<double> distance_m;  // between the two marks
-  std::vector<ScriptStep> path;      // what becomes of the camera path
-  std::optional<int> exchange_key;   // that the selected one changes places with
+  std::vector<ScriptStep> path;      // changes to the camera path
+  std::optional<int> exchange_key;   // key to swap the selected one with
   std::optional<bool> play;          // the path; false: it stops
   std::optional<double> scrub_s;
   RecordWish record = RecordWish::kNone;

@@ -13,8 +13,8 @@
 namespace lumi {
 namespace {
 
-// Around an option's widgets: disabled where it has no effect, its help (and the data's word) as a tooltip, and
-// whatever else has to follow a change.
+// Wraps an option's widgets: disables them if the option has no effect, shows its help (and the data's evidence) as a
+// tooltip, and reconciles other settings after a change.
 class Row {
  public:
   Row(ViewerSettings& v, const char* option, std::string evidence = {})
@@ -23,7 +23,7 @@ class Row {
         option_(option),
         why_(WhyWithoutEffect(v.radiance, option)),
         evidence_(std::move(evidence)) {
-    // What is drawn at rest may read it all the same.
+    // The picture at rest may read it even if the moving one does not.
     if (!why_.empty() && v.Refines() && WhyWithoutEffect(OptimalSettings(v.radiance), option).empty()) why_.clear();
     ImGui::PushID(option);
     ImGui::BeginDisabled(!why_.empty());

@@ -1,5 +1,5 @@
-// Loads a scene's photos in the background, those near the current view first, small enough that all of them together
-// stay within a budget.
+// Loads a scene's photos in the background, those near the current view first, halved so that all of them together stay
+// within a budget.
 #pragma once
 
 #include <condition_variable>

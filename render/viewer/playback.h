@@ -1,6 +1,6 @@
 // A lumigraph along a path of matrices: plays it, scrubs, shows false colours, the proxy of each picture, and the
-// measures. A scene without a metric is seen along its path only: there is nothing to turn about, and no step has a
-// length.
+// measures. A scene without a metric can only be seen along its path: it has no point to orbit and no unit of length to
+// move by.
 #pragma once
 
 #include <memory>
@@ -44,7 +44,7 @@ class Playback final : public ViewSession {
   PictureTexture picture_;
   RadianceSettings settings_;
   Seen seen_;
-  bool fill_ = true;  // what no photo sees, smoothly from around it; pictures of colours alone
+  bool fill_ = true;  // fill holes smoothly from around them; only in colour pictures
   bool panel_ = true;
   int frame_ = 0;
   std::optional<Clock::time_point> playing_since_;

@@ -22,8 +22,7 @@ fs::path FreeName(const fs::path& wanted) {
   return name;
 }
 
-// Between the choice of a free name and the file's being there another program may take the name: a link does not
-// overwrite.
+// Another program may take the free name before the file is moved there: creating a link never overwrites.
 static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
   for (;;) {
     const fs::path name = FreeName(wanted);
@@ -31,7 +30,7 @@ static fs::path MoveToFreeName(const fs::path& from, const fs::path& wanted) {
     fs::create_hard_link(from, name, error);
     if (error == std::errc::file_exists) continue;
     if (error) {
-      fs::rename(from, name);  // a file system without links
+      fs::rename(from, name);  // a file system without hard links
     } else {
       fs::remove(from);
     }

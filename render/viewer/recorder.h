@@ -1,5 +1,5 @@
-// A video's frames, encoded on a thread of their own while the window draws the next. The file is there, under a name
-// that was free, when all of it is; never a part of one.
+// A video's frames, encoded on a thread of their own while the window draws the next. The file appears, under a name
+// that was free, only when it is complete.
 #pragma once
 
 #include <condition_variable>
@@ -25,7 +25,7 @@ inline void ListKeys(JsonKeys& j, Video& v) { j("file", v.file, "frames", v.fram
 
 class Recorder {
  public:
-  // Throws UsageError for a rate or a name that is none.
+  // Throws UsageError for an invalid rate or name.
   Recorder(const std::filesystem::path& wanted, double fps);
   ~Recorder();  // without Finish: cancelled
   Recorder(const Recorder&) = delete;
@@ -35,7 +35,7 @@ class Recorder {
   void Add(Image8 rgb);  // of one size, 3 channels
   // No more frames; Ended() tells when the file is there. The last one is repeated until there are `frames`.
   void Finish(long frames = 0);
-  void Cancel();  // nothing is left
+  void Cancel();  // leaves no file
 
   enum class State { kOpen, kFinishing, kWritten, kFailed, kCancelled };
   State state() const { return Get(state_); }

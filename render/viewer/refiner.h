@@ -1,6 +1,6 @@
 // The view at rest by optimal weights at every pixel (thesis ch. 4): drawn on the CPU, on a thread of its own, and
-// given up as soon as anything else is wanted. What a picture needs is handed over by value, or shared and constant:
-// nothing is loaded twice, and no lock is held while it is drawn.
+// given up as soon as anything else is wanted. Its inputs are copied, or shared and never changed: nothing is loaded
+// twice, and no lock is held while it is drawn.
 #pragma once
 
 #include <atomic>
@@ -41,11 +41,11 @@ struct RefinedPicture {
 class Refiner {
  public:
   Refiner();
-  ~Refiner();  // gives up what is being drawn
+  ~Refiner();  // abandons the picture that is being drawn
   Refiner(const Refiner&) = delete;
   Refiner& operator=(const Refiner&) = delete;
 
-  // Both return at once: cores leave the picture before at the end of the tile they are in.
+  // Both return at once; threads stop drawing the earlier picture after their current tile.
   void Start(Refinement wanted);
   void Cancel();
   // Started, and neither taken nor cancelled.
@@ -63,7 +63,7 @@ class Refiner {
   std::optional<Refinement> next_;
   std::optional<RefinedPicture> done_;
   bool busy_ = false, stop_ = false;
-  std::atomic<long> number_ = 0;  // of what is wanted: whoever draws another one stops. Changes under the lock only
+  std::atomic<long> number_ = 0;  // of the wanted picture: threads drawing another stop. Changed under the lock only
   std::atomic<int> tiles_ = 0, tiles_drawn_ = 0;
   std::thread thread_;  // last: it uses all of the above
 };

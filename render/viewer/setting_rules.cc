@@ -37,9 +37,9 @@ void Reconcile(RadianceSettings& s, std::string_view option) {
     s.grid_columns = s.grid_rows = 0;
     s.method_count = s.method_parameter = -1;
   }
-  // Measuring reads all photos, which come while the window is open: lumi-render does it.
+  // Measuring needs all photos, which are still loading here: only lumi-render measures.
   if (s.correlation == Correlation::kMeasured) s.correlation = Correlation::kFallingLeaves;
-  // Whoever turns this renderer's own weights wants to see them.
+  // Changing an option of this renderer's own weights switches back to them.
   if (s.method != Algorithm::kUlr && (option == "similarity" || option == "grid")) s.method = Algorithm::kUlr;
   if (s.similarity == Similarity::kFull) {
     if (option == "similarity" || option == "grid") {

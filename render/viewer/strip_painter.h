@@ -1,5 +1,5 @@
-// One picture beside the one that is shown, in steps short enough that the window stays responsive: for a video's
-// frame, or a photo's view that an error is measured at.
+// Draws one picture besides the one shown, in steps short enough that the window stays responsive: a video's frame, or
+// a photo's view for measuring an error.
 #pragma once
 
 #include <optional>

@@ -33,7 +33,7 @@ void ViewSession::Screenshot(const std::filesystem::path& file, bool with_ui) {
   WriteImage(file, canvas.Read());
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   screenshots_.push_back(file.string());
-  if (!script_.given) Say("wrote " + file.string());  // not into the next picture
+  if (!script_.given) Say("wrote " + file.string());  // the message must not show in the next screenshot
 }
 
 // Runs statements up to one that has to wait; those that wait for a picture go on in AfterPainting.

@@ -1,5 +1,5 @@
-// What seeing a lumigraph is, wherever the camera may go: a window, frame after frame until it is closed, a script that
-// steers, messages, screenshots, a summary. Viewer lets the camera go anywhere, Playback along a path of matrices.
+// The common part of viewing a lumigraph: a window, frames until it is closed, a script, messages, screenshots, a
+// summary. Viewer lets the camera go anywhere, Playback along a path of matrices.
 #pragma once
 
 #include <chrono>
@@ -31,15 +31,15 @@ class ViewSession {
  protected:
   // The parts of a frame, in this order.
   virtual void Steer(const WindowInput& input, double dt_s) = 0;
-  virtual bool RunStatement(const ScriptStep& s) = 0;  // false: it waits; not 'wait' and 'screenshot'
+  virtual bool RunStatement(const ScriptStep& s) = 0;  // false: it has to wait; not for 'wait' and 'screenshot'
   virtual void Paint() = 0;
   virtual void DrawPanels() = 0;  // between Window::BeginUi and EndUi
-  virtual void Compose() = 0;     // what is seen, without the panels, into the bound framebuffer
+  virtual void Compose() = 0;     // draws the picture, without the panels, into the bound framebuffer
   virtual void AfterComposing() {}
   virtual double Wait_s() const = 0;  // before the next
 
   virtual bool painted() const { return true; }  // the last Paint drew something
-  virtual bool AtRest() const = 0;               // nothing changes by itself any more: a script's 'wait'
+  virtual bool AtRest() const = 0;               // nothing changes by itself any more; ends a script's 'wait'
   virtual bool ReadyForScreenshot() const = 0;
   virtual bool panel() const = 0;           // is shown
   virtual void Summarise(JsonKeys& j) = 0;  // adds to it
@@ -54,7 +54,7 @@ class ViewSession {
     std::deque<ScriptStep> steps;
     bool given = false;  // the viewer ends after the last
     bool waiting = false;
-    Clock::time_point since = Clock::now();  // of the statement that waits
+    Clock::time_point since = Clock::now();  // when the current statement began to wait
   };
 
   Window& window_;

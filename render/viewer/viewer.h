@@ -15,12 +15,11 @@ struct ViewerOptions : LumigraphOptions {  // settings: at the start; effects le
   std::string view;                        // photo whose camera is the start: name or position; empty: the middle one
   int width_px = 1280, height_px = 800;
   int memory_mb = 2048;              // for the photos, with their pyramids
-  std::filesystem::path screenshot;  // when all is loaded: written, and the viewer ends
+  std::filesystem::path screenshot;  // written when everything is loaded; then the viewer ends
   std::string script;                // statements (script.h); the viewer ends after the last
   bool show_ui = true;               // false: no panel, also in screenshots
   double budget_ms = 0;              // a frame while the camera moves; 0: none
-  std::optional<bool>
-      refine;  // to optimal weights at rest; unset: where there is a budget, or the optimum is asked for
+  std::optional<bool> refine;  // to optimal weights at rest; unset: only with a budget, or if the optimum is asked for
   std::filesystem::path path;  // camera path JSON to begin with
 };
 

@@ -15,9 +15,9 @@
 namespace lumi {
 namespace {
 
-constexpr double kIdleWait_s = 0.2;      // between looks at the world when nothing happens
-constexpr double kLoadingWait_s = 0.02;  // the cores are for the photos then
-constexpr double kRefiningWait_s = 0.1;  // and here for the refined picture
+constexpr double kIdleWait_s = 0.2;      // between frames when nothing happens
+constexpr double kLoadingWait_s = 0.02;  // leaves the cores to the photos
+constexpr double kRefiningWait_s = 0.1;  // leaves the cores to the refined picture
 constexpr double kSmoothing = 0.1;       // of times that are shown
 
 }  // namespace
@@ -51,7 +51,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   facts_.period_s = s.period_s;
   facts_.metres_per_unit = scene_.metres_per_unit;
   if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
-  // Who names a moment wants to see it.
+  // A moment that the user names switches the time measure on.
   if (!times.empty() && options.effects == "auto" && (options.phase || decided_.Has("time-s"))) s.time = true;
   settings_.panel = options.show_ui;
   settings_.budget_ms = options.budget_ms;
@@ -74,13 +74,13 @@ RenderRequest Viewer::Request(const Eigen::Vector2i& size_px, const RadianceSett
   RenderRequest r;
   r.view = MakeWindowView(steering_.navigator.state(), size_px.x(), size_px.y());
   r.settings = settings;
-  // Photos that are corrected have lost brightness, which exposure gives back.
+  // Corrected photos have lost brightness, which exposure restores.
   r.settings.exposure |= lumigraph_.corrections().Any() || !arriving_.gains.empty();
   r.show = settings_.seen.show == Show::kTessellation && !settings.Sparse() ? Show::kColor : settings_.seen.show;
   return r;
 }
 
-// Settings that are invalid are not tried; settings that the backend does not do keep what was drawn before.
+// Invalid settings are not tried; for settings that the backend does not support, the earlier ones are drawn.
 bool Viewer::PaintPicture() {
   const RadianceSettings asked = Drawn();
   const std::string problem = Validate(asked);
@@ -105,7 +105,7 @@ bool Viewer::PaintPicture() {
         Say(e.what());
         continue;
       }
-      // Not even what was drawn before: the defaults are what every backend does.
+      // If even the earlier settings fail, falls back to the defaults, which every backend supports.
       if (wanted == RadianceSettings{}) throw;
       drawn_.refusal = e.what();
       if (!e.hint().empty()) drawn_.refusal += ": " + e.hint();
@@ -123,7 +123,7 @@ bool Viewer::PaintPicture() {
   }
 }
 
-// Begins to hold a frame time, or ends it, as the settings say.
+// Starts or ends holding a frame time, as the settings say.
 void Viewer::KeepBudget() {
   if (settings_.budget_ms > 0) {
     if (settings_.budget_ms != moving_.budget.budget_ms())
@@ -137,7 +137,8 @@ void Viewer::KeepBudget() {
   facts_.budget_now = moving_.budget.ToProbe() != nullptr ? "measuring what settings cost ..." : moving_.budget.name();
 }
 
-// One setting after another at the moving picture's size, twice each: the first pays for its shaders.
+// Probes one setting after another at the moving picture's size, twice each, because the first frame includes compiling
+// shaders.
 void Viewer::StepBudgetProbe() {
   const RadianceSettings* wanted = moving_.budget.ToProbe();
   if (wanted == nullptr || !Settled()) return;
@@ -242,7 +243,7 @@ void Viewer::DrawPanels() {
   facts_.message = message();
   const RadianceSettings before = settings_.radiance;
   const PanelWishes wishes = DrawPanel(facts_, settings_);
-  // Before the photos' own word came.
+  // Switched by the user, perhaps before the photos' estimates are known.
   for (const char* name : {"exposure", "white-balance", "vignetting"})
     if (IsOn(settings_.radiance, name) != IsOn(before, name)) decided_.Add(name);
   Grant(wishes);
@@ -268,7 +269,7 @@ bool Viewer::AtRest() const {
          !RefinementOpen() && !HeatOpen();
 }
 
-// What was seen until the window closed is kept.
+// Keeps a live recording up to the window's closing.
 void Viewer::End() {
   if (!jobs_.live_recording) return;
   jobs_.live_recording->recorder->Finish();

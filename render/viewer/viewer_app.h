@@ -1,7 +1,7 @@
-// The viewer whose camera goes anywhere. viewer_app.cc is its frame; viewer_arrivals.cc takes photos and proxies,
-// viewer_input.cc steers, viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures, viewer_refine.cc
-// refines the picture at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs a script's
-// statements.
+// The viewer with a free camera. viewer_app.cc draws a frame; viewer_arrivals.cc takes photos and proxies,
+// viewer_input.cc handles input, viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures,
+// viewer_refine.cc refines the picture at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs a
+// script's statements.
 #pragma once
 
 #include <algorithm>
@@ -53,7 +53,7 @@ class Viewer final : public ViewSession {
     std::unique_ptr<Recorder> recorder;
     StripPainter painter;
     CameraPath path;
-    RenderRequest request;  // but for the camera
+    RenderRequest request;  // without the camera
     Eigen::Vector2i size_px = {0, 0};
     int next = 0;       // frame to draw
     bool fill = false;  // holes, as in the window when it was begun
@@ -74,7 +74,7 @@ class Viewer final : public ViewSession {
       side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
     return side;
   }
-  // A failure that the window survives: shown, and in a script the end.
+  // Reports a failure that the window survives; with a script, it is thrown again and ends the viewer.
   void Complain(const Error& e) {
     if (script_.given) throw;
     Say(e.file().empty() ? std::string(e.what()) : e.file().filename().string() + ": " + e.what());
@@ -132,7 +132,7 @@ class Viewer final : public ViewSession {
   std::optional<RenderRequest> WantedRefinement() const;
   void StepRefinement(bool changed, bool moving);
   bool RefinementOpen() const;  // there will be another picture at rest
-  bool KeepPhotos();            // for it; returns whether all are there
+  bool KeepPhotos();            // for refinement; returns whether all are loaded
   void StopRefining();
   JsonKeys RefinementSummary() const;
 
@@ -186,8 +186,8 @@ class Viewer final : public ViewSession {
     std::unique_ptr<PhotoLoader> loader;
     std::vector<Photo> small_photos = {};  // until exposures are known
     std::future<PhotoEstimates> estimates = {};
-    std::optional<PhotoEstimates> estimated = {};  // what these came to
-    // Of each photo as it is drawn with, while all are read again with other corrections; else empty.
+    std::optional<PhotoEstimates> estimated = {};  // the result of `estimates`
+    // The gain that each photo is currently drawn with, while all are read again with other corrections; else empty.
     std::vector<double> gains = {};
     bool estimates_wanted = true;
     std::future<PreparedProxy> proxy = {};
@@ -202,14 +202,14 @@ class Viewer final : public ViewSession {
     int current_photo = -1;                          // jumped to last
     bool moving = false;                             // the camera will have moved by the next picture
   };
-  // The picture that was drawn last, and what was not.
+  // The last picture that was drawn, and settings that could not be drawn.
   struct LastPicture {
     std::optional<RenderRequest> request = {};
     long generation = -1;
     bool changed = false;  // since the frame before
     RadianceSettings settings = {};
-    RadianceSettings cost_settings = {};           // that facts_.picture_ms belongs to
-    std::optional<RadianceSettings> refused = {};  // that the backend does not do
+    RadianceSettings cost_settings = {};           // settings of facts_.picture_ms
+    std::optional<RadianceSettings> refused = {};  // settings that the backend does not support
     std::string refusal = {};
   };
   struct Moving {
@@ -217,16 +217,16 @@ class Viewer final : public ViewSession {
     StripPainter probe;
     bool probe_warm = false;  // the setting was drawn once: its shaders are compiled
   };
-  // The picture at rest: constant once the refiner has its photos, which are replaced, never changed.
+  // The picture at rest. The photos given to the refiner are never changed, only replaced.
   struct Rest {
     std::shared_ptr<std::vector<Photo>> photos = {};
-    bool photos_missing = false;  // they came while nobody wanted them
+    bool photos_missing = false;  // photos arrived while refinement was off, and were not kept
     std::unique_ptr<PhotoLoader> photos_reader = {};
     Refiner refiner = {};
     PictureTexture picture = {};  // empty: what painter_ draws is shown
     std::optional<RenderRequest> wanted = {};
     long generation = -1;
-    bool ended = false;  // it is shown, or there is none
+    bool ended = false;  // the refined picture is shown, or failed
     Clock::time_point since = Clock::now();
     long pictures = 0, cancelled = 0;
     double seconds = 0;
@@ -243,8 +243,8 @@ class Viewer final : public ViewSession {
   struct Filled {
     GlHoleFill picture;
     bool shown = false;
-    unsigned of_texture = 0;  // that it was made of, ...
-    long of_refined = 0;      // ... and which of the refined pictures that was
+    unsigned of_texture = 0;  // texture that was filled, ...
+    long of_refined = 0;      // ... and the number of the refined picture in it
     Eigen::Vector2i of_size_px = {0, 0};
   };
   // Recording, measuring and exporting.
@@ -263,7 +263,7 @@ class Viewer final : public ViewSession {
   const Scene& scene_;
   ProgressSink& progress_;
   EffectChoice effects_;  // as the data call for them
-  Decided decided_;       // effects that the user spoke about
+  Decided decided_;       // effects that the user decided
   PhotoBudget budget_;
   GlLumigraph gl_;
   FramePainter painter_;

@@ -36,8 +36,8 @@ void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
   kept.level0_shift = photo.level0_shift + static_cast<int>(level);
 }
 
-// When all photos are there, they are compared: on another thread, then drawn with. Exposures are seen in small copies;
-// what else is read off the photos wants them as they are, and reads them again.
+// When all photos are loaded, estimates are made from them on another thread and then used for drawing. Exposures need
+// only small copies; other estimates need full photos and read them again.
 void Viewer::TakeEstimates() {
   if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader->outstanding() == 0) {
     arriving_.estimates_wanted = false;
@@ -72,8 +72,8 @@ void Viewer::TakeEstimates() {
   if (settings_.radiance.exposure) ++generation_;
 }
 
-// White balance and vignetting are taken out of photos as they are read: where what is wanted of it has changed, all
-// are read again, in the background. Until a photo is there its former pixels are drawn with their former gain.
+// White balance and vignetting are corrected when photos are read: if the wanted corrections change, all photos are
+// read again in the background. Until a photo is loaded, its former pixels are drawn with their former gain.
 void Viewer::ReadCorrected() {
   if (!arriving_.gains.empty() && arriving_.loader->outstanding() == 0 && !arriving_.new_photos) {
     arriving_.gains.clear();
@@ -82,7 +82,7 @@ void Viewer::ReadCorrected() {
   if (!arriving_.estimated || !arriving_.estimated->exposures || Loading() || !arriving_.gains.empty()) return;
   const RadianceSettings& s = settings_.radiance;
   const Corrections wanted{s.exposure && s.white_balance, s.exposure && s.vignetting};
-  // Nobody else looks at the scene's views meanwhile.
+  // No other thread may read the scene's views while they change.
   if (wanted == lumigraph_.corrections() || Working() || arriving_.proxy.valid() || heat_.drawing.valid()) return;
   StopRefining();
   rest_.photos_reader.reset();

@@ -14,12 +14,12 @@
 namespace lumi {
 namespace {
 
-constexpr double kStep_ms = 40;  // of a job, before the window is looked at again
+constexpr double kStep_ms = 40;  // of a job, before the next frame of the window
 constexpr double kJobPatience_s =
-    0.3;  // a job that the moving picture kept from working draws one of its pictures whole
+    0.3;  // a job that the moving picture blocked for so long draws one of its pictures in one go
 constexpr double kLiveFps = 30;
 
-// Of a recording of what is seen, by now.
+// Frames that a live recording should have by now.
 long FramesDue(Clock::time_point start) { return static_cast<long>(SecondsSince(start) * kLiveFps) + 1; }
 
 }  // namespace
@@ -55,7 +55,7 @@ void Viewer::StartLiveRecording(const std::filesystem::path& wanted) {
 }
 
 void Viewer::FinishRecording() {
-  // Frames that the encoder had no room for are made up now: the clip lasts as long as what was seen.
+  // Frames that the encoder had no room for are added now, so that the clip lasts as long as the recording did.
   if (jobs_.live_recording) jobs_.live_recording->recorder->Finish(FramesDue(jobs_.live_recording->start));
 }
 
@@ -64,7 +64,7 @@ void Viewer::CancelRecording() {
   if (jobs_.live_recording) jobs_.live_recording->recorder->Cancel();
 }
 
-// Called with what is seen in the bound framebuffer: drawn once more into one that nothing covers.
+// Draws the picture again into a framebuffer that no other window covers.
 void Viewer::StepLiveRecording() {
   if (!jobs_.live_recording) return;
   LiveRecording& r = *jobs_.live_recording;
@@ -80,8 +80,8 @@ void Viewer::StepLiveRecording() {
         Compose();
         const Image8 seen = canvas.Read();
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
-        // As often as its time on the screen: the clip runs as the hand did. What the encoder has no room for comes
-        // later.
+        // Repeats the frame for its time on the screen, so that the clip runs in real time. Frames that the encoder has
+        // no room for are added later.
         while (r.recorder->added() < due && !r.recorder->Full()) r.recorder->Add(seen);
       }
     }
@@ -104,7 +104,7 @@ void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
       const double start = r.path.keys.front().time_s, t = count > 1 ? Duration(r.path) * r.next / (count - 1) : 0;
       RenderRequest request = r.request;
       request.view = MakeRenderView(PoseOnPath(r.path, start + t), r.size_px.x(), r.size_px.y());
-      // Where time plays, it plays in the video as well.
+      // If time plays in the window, it also plays in the video.
       if (settings_.play_time) request.settings.time_s += t;
       r.painter.Start(request);
       ++r.next;
@@ -135,7 +135,7 @@ void Viewer::CloseRecording(const Recorder& recorder) {
   }
 }
 
-// In the scene's folder, where that is ours.
+// In the scene's folder, if that is a scene of ours.
 std::filesystem::path Viewer::PageName() const {
   std::error_code ec;
   if (std::filesystem::exists(scene_.folder / "lumigraph.json", ec)) return scene_.folder / "web.html";
@@ -166,7 +166,7 @@ void Viewer::StartMeasuring() {
   jobs_.probe.Start(ViewId{NearestView(scene_, steering_.navigator.state().cam_from_world)}, drawn_.settings);
 }
 
-// What is drawn beside the picture, a step a frame; while the picture itself is redrawn, it waits for a while.
+// Draws one step of the jobs per frame; while the picture itself is redrawn, jobs wait up to kJobPatience_s.
 void Viewer::StepJobs() {
   const bool undisturbed = !painter_.painted();
   const bool step = undisturbed || SecondsSince(jobs_.last_step) > kJobPatience_s;
@@ -198,7 +198,7 @@ bool Viewer::RunRecordingStatement(const ScriptStep& s) {
   switch (s.verb) {
     case ScriptVerb::kRecord:
     case ScriptVerb::kRecordStart:
-      // By the settings that the statements before asked for.
+      // Waits until the settings of earlier statements are drawn.
       if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused)))
         return false;
       if (!script_.waiting) StartRecording(s.word);

@@ -80,7 +80,7 @@ void Viewer::SavePath(const std::filesystem::path& file, bool nerfstudio) {
   if (path_.keys.empty()) throw UsageError("the path has no keys yet");
   const std::filesystem::path wanted =
       !file.empty() ? file : std::filesystem::path(facts_.scene + (nerfstudio ? "-nerfstudio.json" : "-path.json"));
-  // A path is written over by its user's own word; what is no path is not.
+  // An existing path may be overwritten; any other file may not.
   if (std::filesystem::exists(wanted)) {
     try {
       ReadCameraPath(wanted);
@@ -141,7 +141,7 @@ void Viewer::DrawPath(const Overlay::Eye& eye) {
     const bool chosen = static_cast<int>(k) == settings_.selected_key;
     const Eigen::Vector4f color = chosen ? Eigen::Vector4f(1, 1, 1, 1) : Eigen::Vector4f(1.0F, 0.75F, 0.25F, 0.9F);
     const RenderView view = Normalized(MakeRenderView(key, eye.window_px.x(), eye.window_px.y()), normalized);
-    if ((view.centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its lines would run through the picture
+    if ((view.centre - eye.view.centre).norm() < 2 * kKeyDepth) continue;  // its frustum would cover the picture
     Overlay::AddFrustum(view, kKeyDepth, color, lines);
   }
   overlay_.Lines(eye, lines);

@@ -1,5 +1,5 @@
-// What the viewer does at rest: the picture by optimal weights at every pixel replaces that of the graphics processor
-// when it is whole, and goes as soon as anything else is to be seen.
+// The picture at rest: when the picture by optimal weights at every pixel is complete, it replaces that of the graphics
+// processor, until anything else is to be shown.
 #include <algorithm>
 
 #include "render/settings_json.h"
@@ -9,7 +9,7 @@ namespace lumi {
 namespace {
 
 constexpr double kRest_s = 0.15;  // without a change, before it begins
-constexpr int kStandInGrid = 25;  // of samples: what is drawn of the optimum at every pixel until it is refined
+constexpr int kStandInGrid = 25;  // samples a side: stands in for the optimum at every pixel until that is drawn
 
 // A published method at every pixel, else the optimum.
 RadianceSettings SettingsAtRest(const RadianceSettings& settings) {
@@ -22,8 +22,8 @@ RadianceSettings SettingsAtRest(const RadianceSettings& settings) {
 
 }  // namespace
 
-// What the graphics processor draws for the settings in the panel: of the optimum at every pixel, which is refined
-// later, that of sparse samples; of a published method this renderer's own weights.
+// The settings that the graphics processor draws for those in the panel. The optimum at every pixel is replaced by
+// sparse samples, and a published method by this renderer's own weights; both are drawn at rest.
 RadianceSettings Viewer::Drawn() const {
   RadianceSettings s = settings_.radiance;
   s.method = Algorithm::kUlr;  // a published method's picture comes at rest, too
@@ -33,7 +33,7 @@ RadianceSettings Viewer::Drawn() const {
   return s;
 }
 
-// What is to be seen at rest; nullopt: what the graphics processor draws.
+// The request for the picture at rest; nullopt: the graphics processor's picture stays.
 std::optional<RenderRequest> Viewer::WantedRefinement() const {
   const bool samples_shown = settings_.seen.show == Show::kTessellation && settings_.radiance.Sparse();
   const bool other = settings_.seen.flat || settings_.seen.measure;
@@ -67,8 +67,7 @@ void Viewer::StepRefinement(bool changed, bool moving) {
     rest_.generation = generation_;
   }
   if (changed || moving || !same) rest_.since = Clock::now();
-  if (jobs_.path_recording || jobs_.probe.busy())
-    StopRefining();  // what is measured and recorded has the machine to itself
+  if (jobs_.path_recording || jobs_.probe.busy()) StopRefining();  // measuring and recording get all cores
   if (auto picture = rest_.refiner.Take()) {
     rest_.ended = true;
     rest_.seconds = picture->seconds;
@@ -89,7 +88,7 @@ void Viewer::StepRefinement(bool changed, bool moving) {
   facts_.refinement_s = rest_.seconds;
 }
 
-// Photos that nobody wanted to keep when they came are read once more.
+// Reads photos again that were not kept when they arrived, because refinement was off.
 bool Viewer::KeepPhotos() {
   if (!Settled()) return false;
   if (!rest_.photos_missing) return true;

@@ -50,7 +50,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       return !steering_.navigator.flying();
     case ScriptVerb::kHome: steering_.navigator.Set(steering_.home); break;
     case ScriptVerb::kOrbit:
-      // The point in the middle of a picture that is not drawn yet is not known.
+      // The point in the middle is unknown until a picture is drawn.
       if (painter_.empty()) return false;
       steering_.navigator.Orbit(Pivot(), rad(0), rad(1));
       steering_.navigator.LevelAtOnce();
@@ -76,7 +76,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       Reconcile(radiance, s.word);
       break;
     case ScriptVerb::kEffects:
-      if (!Settled()) return false;  // the data's word comes first
+      if (!Settled()) return false;  // effects "auto" needs the photos' estimates
       SetEffects(s.word, effects_, radiance);
       break;
     case ScriptVerb::kShow: settings_.seen = *SeenFromName(s.word); break;
@@ -101,7 +101,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
     case ScriptVerb::kBudget: settings_.budget_ms = s.numbers[0]; break;
     case ScriptVerb::kRefine: settings_.refine = s.word == "on"; break;
     case ScriptVerb::kMeasure:
-      // Of the settings that the statements before asked for: they are drawn first.
+      // Waits until the settings of earlier statements are drawn.
       if (!script_.waiting && (!Settled() || !painter_.complete() || !(drawn_.settings == Drawn() || drawn_.refused) ||
                                jobs_.path_recording))
         return false;
@@ -109,7 +109,7 @@ bool Viewer::RunStatement(const ScriptStep& s) {
       script_.waiting = true;
       return !jobs_.probe.busy();
     case ScriptVerb::kMark:
-      if (!painter_.complete()) return false;  // the depth that is read is the picture's
+      if (!painter_.complete()) return false;  // the depth is read from the complete picture
       Mark(Eigen::Vector2d(s.numbers[0], s.numbers[1]).cwiseProduct(size_px_.cast<double>()));
       break;
     case ScriptVerb::kDistance: SetScale(s.numbers[0]); break;

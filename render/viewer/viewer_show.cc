@@ -5,13 +5,14 @@
 namespace lumi {
 namespace {
 
-// Of the window's side: each pixel of a heat map asks for all photos' measures.
+// Heat maps are drawn at this share of the window's side, because each pixel evaluates all photos' measures.
 constexpr double kHeatScale = 0.5;
 constexpr double kPlayingHeat_s = 0.2;  // between two while time plays
 
 }  // namespace
 
-// On a thread of its own, one after another; the window never waits. While the camera moves the last one stays.
+// Draws heat maps on another thread, one after another; the window never waits. While the camera moves, the last one
+// stays.
 void Viewer::StepHeatMap() {
   if (heat_.drawing.valid() && heat_.drawing.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     try {
@@ -61,7 +62,7 @@ bool Viewer::HeatOpen() const {
   return heat_.drawing.valid() || !HeatIsShown({Request(size_px, settings_.radiance), *settings_.seen.measure});
 }
 
-// Of the picture that Compose shows, once for each: at rest nothing is filled again.
+// Fills the holes of the picture that Compose shows, once for each picture: at rest nothing is filled again.
 void Viewer::FillHoles() {
   const bool shown = settings_.Fills() && !painter_.empty();
   const bool again = !filled_.shown || painter_.painted();

@@ -61,7 +61,7 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
   }
   const Eigen::Matrix3d K0 = NominalCalibration(
       view.size_px, options_.nominal_focal_px > 0 ? options_.nominal_focal_px : NominalFocalPx(view.size_px));
-  // The plane's sign, and the depth that is 1, are those of what is seen; where nothing is, of all points.
+  // The plane's sign and the depth of 1 follow from the points in view or, if there are none, from all points.
   Plane plane = *plane_at_infinity_;
   int sign = 0;
   for (const Eigen::Vector4d& X : own.vertices.empty() ? points_ : own.vertices) sign += plane.dot(X) > 0 ? 1 : -1;
@@ -70,7 +70,7 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
   const auto frame = VanishingPointFrame::Make(view.P, plane, K0, unit_kappa);
   if (!frame)
     throw DataError("a picture's centre of projection lies on the scene's plane at infinity: its rays have no angles",
-                    "take another path, or reconstruct with another plane", scene_.folder);
+                    "take another path", scene_.folder);
   world.view.P = frame->P();
   world.view.centre.setZero();
   for (std::size_t k = 0; k < world.photos.size(); ++k) {
@@ -84,7 +84,7 @@ PictureWorld PerViewProxy::For(const RenderView& view, int reach) const {
       source.P = moved->P;
       source.centre = moved->centre;
     } else {
-      source.P = frame->P();  // some camera: it is not used
+      source.P = frame->P();  // placeholder; the camera is not used
       world.use[k] = false;
     }
     world.sources.views.push_back(source);

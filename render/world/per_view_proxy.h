@@ -1,9 +1,8 @@
 // A proxy of its own for each picture (thesis sec. 6.2.3): structure points triangulated in the virtual view. It needs
 // no mesh, in any frame of the world, and it is the proxy of scenes that have points but no metric.
 //
-// Beside it what else is the picture's own: the photos taken around its moment (sec. 6.4.3), whose points are the ones
-// in view, and, in a scene without a metric, the world in which angles are those of vanishing points
-// (vanishing_point.h).
+// Each picture also has its own photos, those taken around its moment (sec. 6.4.3), whose points are used, and, in a
+// scene without a metric, its own world, in which angles are those of vanishing points (vanishing_point.h).
 #pragma once
 
 #include <Eigen/Core>

@@ -12,11 +12,11 @@
 namespace lumi {
 
 struct PictureWorld {
-  std::vector<std::int32_t> photos;  // the scene's view that each camera's photo is of; false colours are that view's
+  std::vector<std::int32_t> photos;  // of each camera: the scene's view whose photo and false colour it has
   Sources sources;                   // the cameras, in the world that the picture is rendered in
   std::vector<bool> use;             // one a camera, empty: all; false: it lies at or beyond the plane at infinity
-  RenderView view;                   // in the same world, as
-  Mesh proxy;                        // this
+  RenderView view;                   // in the same world
+  Mesh proxy;                        // in the same world
   bool occlusion = false;  // whether the proxy may hide a part of itself from a photo: maps are made when first wanted
 };
 

@@ -58,11 +58,11 @@ class Renderer {
 // it.
 class WorldRenderer : public Renderer {
  public:
-  // From the next picture on; as many cameras as before. A camera whose photo is now of another view has another photo
-  // at its place of the vector that the renderer was made with, as large as the camera says.
+  // Sets the world from the next picture on, with as many cameras as before. If a camera now belongs to another view,
+  // its place in the photo vector that the renderer was made with holds that view's photo, of the camera's size.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
-  // From the next picture on `bring` is called before photos are read, with the cameras that it is blended from, each
-  // once; others may have no levels then (PhotoCache). A renderer that holds all photos throws
+  // From the next picture on, `bring` is called before photos are read, with the cameras that the picture is blended
+  // from, each once; other photos may then have no levels (PhotoCache). A renderer that holds all photos throws
   // MachineError.
   virtual void BringBy(std::function<void(std::span<const std::int32_t>)> bring) {
     if (bring)

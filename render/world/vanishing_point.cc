@@ -34,7 +34,8 @@ std::optional<VanishingPointFrame> VanishingPointFrame::Make(const Matrix34d& P,
   VanishingPointFrame f;
   f.K0_ = K0;
   f.K0_inverse_ = K0.inverse();
-  // Rows of unit length for the inverse: its condition is then the scene's, and not that of two scales nobody chose.
+  // Normalised for the inverse: its condition then depends on the scene, not on the arbitrary scales of P and the
+  // plane.
   const Matrix34d rays = f.K0_inverse_ * P;
   const double ray_length = rays.norm(), plane_length = at_infinity.norm();
   if (!(ray_length > 0) || !(plane_length > 0) || !(unit_kappa > 0) || !rays.allFinite() || !at_infinity.allFinite())

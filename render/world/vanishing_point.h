@@ -6,10 +6,10 @@
 //
 // The angle is a Euclidean one: of the world in which the view is K0 [I | 0] and pi the plane at infinity,
 //   x = K0^-1 P X / (pi . X),
-// which is affine to every other one with that pi. Cameras, points and planes are taken there, and all that is made for
-// metric scenes holds; what comes of images alone (fields of view, homographies and their Jacobians) is the same in any
-// world. Neither the world of the scene nor the scales of P and pi make a difference: a projective transformation of
-// the scene, its pi carried along, leads to the same world, to rounding times its condition.
+// which is affine to every other one with that pi. Cameras, points and planes are transformed to this world, where
+// everything made for metric scenes holds; quantities of images alone (fields of view, homographies and their
+// Jacobians) are the same in any world. The result does not depend on the scene's world or on the scales of P and pi: a
+// projective transformation of the scene and its pi leads to the same world, up to rounding times its condition.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ namespace lumi {
 
 // pixels from camera rays: principal point in the middle of the picture.
 Eigen::Matrix3d NominalCalibration(const Eigen::Vector2i& size_px, double focal_px);
-// Where nobody says: 45 degrees across the longer side.
+// Default: 45 degrees across the longer side.
 double NominalFocalPx(const Eigen::Vector2i& size_px);
 
 class VanishingPointFrame {

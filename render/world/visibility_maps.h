@@ -15,7 +15,7 @@ VisibilityMaps MakeVisibilityMaps(const Sources& sources, const ProxyTracer& pro
 // The maps of a proxy; none (width 0) where it hides nothing.
 VisibilityMaps ProxyVisibility(const Sources& sources, const Mesh& proxy, const ProxyTracer& tracer);
 
-// Cameras, and a proxy as rays meet it: what weights are read from outside a renderer.
+// Cameras, and a proxy to trace rays against: for computing weights outside a renderer.
 struct TracedProxy {
   TracedProxy(const Scene& scene, const Mesh& proxy);
   explicit TracedProxy(const PictureWorld& world);  // which hides nothing

@@ -27,7 +27,7 @@ namespace {
 constexpr std::string_view kTemporaryMark = ".lumi-tmp-";
 constexpr const char* kRunOfMachine = ".written-in";
 
-// Another after each restart; empty where the system does not say.
+// The system's boot id, which changes with each restart; empty where the system does not tell it.
 std::string RunOfMachine() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;
@@ -85,8 +85,8 @@ void WriteBytes(const fs::path& shown, const fs::path& path, const char* data, s
   if (file.Close() != 0) throw CannotWrite(shown, errno);
 }
 
-// Whether the process that a temporary's name says is there. A number that another process has by now keeps it for a
-// day.
+// Whether the process whose number stands in a temporary's name may still run. If another process has that number by
+// now, the temporary is kept for a day.
 bool MayBeOfALivingProcess(const fs::path& temporary) {
   const std::string name = temporary.filename().string();
   const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();
@@ -108,7 +108,8 @@ void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporarie
 
 void Flush(const fs::path& path, int (*flush)(int)) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  // What may not be opened or knows no such thing (EINVAL: some network file systems) is as safe as it gets.
+  // A file that may not be opened, or a file system that cannot flush (EINVAL: some network file systems), is passed
+  // over: nothing more can be done for it.
   if (file.get() < 0 && (errno == EACCES || errno == EPERM)) return;
   if (file.get() >= 0 && flush(file.get()) == 0) return;
   if (errno != EINVAL && errno != EROFS && errno != ENOSYS && errno != EOPNOTSUPP) throw CannotWrite(path, errno);
@@ -176,14 +177,14 @@ void RemoveStaleTemporariesOf(const fs::path& file) {
   std::vector<fs::path> temporaries;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     std::string name = it->path().filename().string();
-    if (name.starts_with("..")) name.erase(0, 1);  // a temporary's own: a video on its way into one
+    if (name.starts_with("..")) name.erase(0, 1);  // the temporary of a temporary: a video on its way into one
     if (name.starts_with(start) && it->path().extension() == file.extension()) temporaries.push_back(it->path());
   }
   if (!temporaries.empty()) RemoveStale(folder, temporaries);
 }
 
 void FlushToDisk(const fs::path& folder, const std::vector<fs::path>& written) {
-  // One file after the other; of many, all that the file system holds at once.
+  // Up to kFewFiles files are flushed one after another; for more, the whole file system is flushed at once.
   constexpr std::size_t kFewFiles = 64;
   std::set<fs::path> files, folders;
   const auto add_folders_above = [&](fs::path path) {
@@ -232,7 +233,7 @@ std::string ReadText(const fs::path& path, std::size_t max_bytes) {
   std::ifstream in = OpenToRead(path);
   if (!in) throw InputError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   std::string text;
-  // By the stated size first, then whatever there is (a pipe states none).
+  // Reads as many bytes as the file system states, then whatever follows (a pipe states no size).
   const auto stated = fs::file_size(path, error);
   if (!error) {
     if (stated > max_bytes)

@@ -33,11 +33,11 @@ class FolderInUse {
   int fd_ = -1;
 };
 
-// Removes the temporaries that killed processes left in a folder and below it. What another run writes at this moment
-// stays: where a folder is in use (see above) or the process that a name says is there. A process of that number that
-// is another one by now does not keep a file for longer than a day.
+// Removes the temporaries that killed processes left in a folder and below it. What another run is writing now stays: a
+// temporary is kept where its folder is in use (see above) or where the process whose number stands in its name runs.
+// If another process has that number by now, the temporary is kept for a day at most.
 void RemoveStaleTemporaries(const std::filesystem::path& folder);
-// Those of one file, beside it.
+// The same for the temporaries of one file, which lie beside it.
 void RemoveStaleTemporariesOf(const std::filesystem::path& file);
 
 // Waits until files, folders with all that is in them, and the names of both are on the disk, so that losing power
@@ -45,8 +45,8 @@ void RemoveStaleTemporariesOf(const std::filesystem::path& file);
 // refuses.
 void FlushToDisk(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& written);
 
-// Files that a later run goes on from, and that are not flushed: whether the machine was restarted since
-// NoteRunOfMachine. Losing power may have damaged what was written then: it is looked at before it is used.
+// Whether the machine was restarted since NoteRunOfMachine. For files that a later run goes on from and that are not
+// flushed: losing power may have damaged them, so they are checked before they are used.
 bool RestartedSince(const std::filesystem::path& folder);
 void NoteRunOfMachine(const std::filesystem::path& folder);
 

@@ -23,7 +23,7 @@ using text_scan::Trim;
 constexpr std::size_t kMaxYamlBytes = 1 << 24;
 constexpr std::size_t kMaxMatrixValues = 4096;
 
-// As much YAML as cameras are written in: "key: value" at the left margin, and below a key an indented block with
+// The part of YAML that camera files use: "key: value" at the left margin, and below a key an indented block with
 // "data: [numbers]" that may run over several lines. Everything else is passed over.
 struct Document {
   std::map<std::string, std::string> scalars;

@@ -1,5 +1,5 @@
 // OpenCV/ROS camera.yaml: image_width, image_height, camera_matrix, distortion_model (plumb_bob, fisheye),
-// distortion_coefficients. OpenCV puts the first pixel's centre at (0, 0); converted here, at its door.
+// distortion_coefficients. OpenCV puts the first pixel's centre at (0, 0); reading and writing convert.
 #pragma once
 
 #include <filesystem>

@@ -5,18 +5,17 @@
 
 #include "scene/files/video_codecs.h"
 #include "scene/program/error.h"
+#include "scene/program/installation.h"
 
 namespace lumi {
 namespace {
 
 void* OpenModule(const char* file, const char* symbol, const char* what) {
-  // Beside the program, wherever that was put; else where the system looks.
-  std::error_code error;
-  const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / file;
-  void* module = ::dlopen(beside.c_str(), RTLD_LAZY | RTLD_LOCAL);
+  // With the suite, wherever that was put; else where the system looks.
+  const std::optional<std::filesystem::path> own = FindOfSuite(file);
+  void* module = ::dlopen(own ? own->c_str() : file, RTLD_LAZY | RTLD_LOCAL);
   const char* why = module ? nullptr : ::dlerror();
   const std::string said = why ? why : "";
-  if (!module) module = ::dlopen(file, RTLD_LAZY | RTLD_LOCAL);
   void* found = module ? ::dlsym(module, symbol) : nullptr;
   if (!found)
     throw MachineError(fmt::format("{} cannot be read: {} cannot be loaded ({})", what, file, said),

@@ -433,7 +433,7 @@ Scene ReadColmapModel(const fs::path& folder) {
 void WriteColmapModel(const Scene& scene, const fs::path& folder, ColmapFormat format) {
   if (scene.frame != Frame::kMetric)
     throw DataError(fmt::format("a {} scene has no cameras that COLMAP could hold", Name(scene.frame)),
-                    "upgrade it to a metric scene first", folder);
+                    "make it again with known intrinsics: lumi-reconstruct --camera camera.yaml", folder);
   for (const Camera& camera : scene.cameras)
     if (camera.model == CameraModel::kPlumbBob)
       throw std::invalid_argument("WriteColmapModel: a camera has skew and k3");

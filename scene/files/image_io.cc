@@ -142,7 +142,7 @@ void WriteImage(const fs::path& path, const ImageF& image) {
 Image8 Resize(const Image8& image, int width, int height) {
   if (image.empty() || width <= 0 || height <= 0) throw std::invalid_argument("Resize: empty image or size");
   if (width == image.width && height == image.height) return image;
-  // One axis after the other where one grows and the other shrinks: each in its own way.
+  // Where one axis grows and the other shrinks, the axes are resampled one after the other, each with its own method.
   if ((width > image.width) != (height > image.height) && width != image.width && height != image.height)
     return Resize(Resize(image, std::min(width, image.width), std::min(height, image.height)), width, height);
   Image8 resized(width, height, image.channels);

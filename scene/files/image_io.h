@@ -18,11 +18,12 @@ struct GpsPosition {
   std::optional<double> altitude_m;
 };
 
-// What is said of a picture beside its pixels, in whatever container: EXIF in JPEG, TIFF, PNG (eXIf), HEIC and AVIF;
-// the maker's own in RAW.
+// What a file says about a picture beside its pixels, in whatever container: EXIF in JPEG, TIFF, PNG (eXIf), HEIC and
+// AVIF; the maker's own data in RAW.
 struct ImageInfo {
   int width = 0, height = 0, channels = 0;
-  // Millimetres on 35 mm film; where EXIF lacks it, by the focal length and the sensor's size.
+  // The focal length's equivalent on 35 mm film, millimetres; where EXIF lacks it, from the focal length and the
+  // sensor's size.
   std::optional<double> focal_35mm;
   std::optional<double> focal_mm;           // the lens's own
   std::optional<std::string> capture_time;  // "YYYY:MM:DD hh:mm:ss"

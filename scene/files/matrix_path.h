@@ -35,7 +35,7 @@ struct MatrixPath {
   // Of a stabilised path.
   std::string model;              // empty: it is none
   double view_scale = 1;          // the least of the keys'
-  bool cropped = false;           // to it: P has it in it
+  bool cropped = false;           // to view_scale; P then includes the crop
   std::vector<double> object_px;  // x, y, width, height of what it keeps in place, before any cropping; empty: nothing,
                                   // or no window follows
 

@@ -27,7 +27,7 @@ using text_scan::ToNumber;
 using text_scan::Trim;
 
 constexpr std::size_t kMaxMeshBytes = std::size_t(1) << 34;
-constexpr std::size_t kLargeMeshBytes = std::size_t(1) << 26;  // from here on it is asked whether there is room
+constexpr std::size_t kLargeMeshBytes = std::size_t(1) << 26;  // larger files: free memory is checked first
 constexpr std::size_t kMaxHeaderLines = 4096;
 constexpr std::size_t kMaxIndex = std::numeric_limits<std::int32_t>::max();
 

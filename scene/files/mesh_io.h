@@ -8,8 +8,8 @@
 namespace lumi {
 
 // Throws InputError: unreadable, counts beyond the file's size, NaN, indices out of range. Never allocates by a count
-// it has not checked. Throws MachineError, before it reads, where file and mesh would not fit into the memory there is.
-// `work_bytes_per_face`: what is done with the mesh takes so much beside.
+// it has not checked. Throws MachineError, before it reads, where file and mesh would not fit into the free memory.
+// `work_bytes_per_face`: further memory that the caller's work on the mesh takes.
 Mesh ReadMesh(const std::filesystem::path& path, std::size_t work_bytes_per_face = 0);
 // The same, with vertices that are not finite.
 Mesh ReadMeshWithFlaws(const std::filesystem::path& path, std::size_t work_bytes_per_face = 0);

@@ -1,4 +1,4 @@
-// The one door between OpenCV's pixels (first centre at (0, 0)) and ours (at (0.5, 0.5)).
+// The only place that converts between OpenCV's pixels (first centre at (0, 0)) and ours (at (0.5, 0.5)).
 #pragma once
 
 #include <Eigen/Core>

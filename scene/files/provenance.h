@@ -28,7 +28,7 @@ void ListKeys(JsonKeys& j, Provenance& p);
 // count as larger ones, so that gigabytes of photos are not read at each start. "absent" where there is nothing.
 constexpr std::size_t kManyFiles = 1000;
 std::string Fingerprint(const std::filesystem::path& path);
-// As a file's of a folder with so many.
+// The fingerprint of a file that is one of `files` files in its folder.
 std::string FingerprintAmong(const std::filesystem::path& file, std::size_t files);
 
 // XXH64, sixteen hexadecimal digits.

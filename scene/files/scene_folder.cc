@@ -108,7 +108,7 @@ Manifest ReadManifest(const fs::path& file) {
   m.active_proxy = fields.Text("active_proxy").value_or("");
   CheckProxyName(file, m.active_proxy);
   m.images = fields.Text("images").value_or("images");
-  // A link that lies there is followed: it is whoever's who can write into the folder.
+  // A link inside the folder is followed: only somebody who can write into the folder can have put it there.
   if (!StaysWithin(m.images))
     throw InputError(file, fmt::format("images \"{}\" leads out of the scene's folder", m.images),
                      "put the photos into its images/, or a link to them");
@@ -202,7 +202,7 @@ Scene ReadWorkspace(const fs::path& path, const fs::path& model) {
 
 // --- Photos and cameras ------------------------------------------------------------------------------------------
 
-// Photos that say themselves how they are held, where the scene does not.
+// Takes orientations from the photos themselves where the scene states none.
 void TakeOrientations(Scene& scene, const std::vector<ImageInfo>& photos) {
   for (std::size_t i = 0; i < photos.size(); ++i)
     if (scene.views[i].orientation == 1) scene.views[i].orientation = photos[i].orientation;
@@ -231,7 +231,7 @@ void FitCamerasToPhotos(Scene& scene, const std::vector<ImageInfo>& photos, bool
     const View& view = scene.views[i];
     if (!fits(i)) {
       const Eigen::Vector2i size = camera_size(i);
-      // Scaling would not help: the pixels are elsewhere.
+      // A photo turned by 90 degrees: scaling the camera would not help.
       if (sizes[i].x() == size.y() && sizes[i].y() == size.x())
         throw InputError(
             scene.ImagePath(view),
@@ -335,7 +335,8 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   return scene;
 }
 
-// The photos' folder as the manifest has it: by the names as they stand first, for an images/ that is a link.
+// The photos' folder for the manifest. Links are resolved only if the path as given leads out of the scene, so that an
+// images/ that is a link stays "images".
 static fs::path ImagesOf(const Scene& scene, const fs::path& folder) {
   if (scene.image_folder.empty()) return "images";
   const fs::path named = Lexical(scene.image_folder).lexically_relative(Lexical(folder));
@@ -359,14 +360,15 @@ void WriteScale(const fs::path& folder, double metres_per_unit) {
   RequireManifest(folder);
   const fs::path file = folder / kManifestName;
   const FolderLock lock(folder);
-  ReadManifest(file);  // refuses what is none
+  ReadManifest(file);  // throws for a file that is no manifest
   Json json = ParseJson(file);
   json["metres_per_unit"] = metres_per_unit;
   WriteTextAtomically(file, json.dump(1) + "\n");
 }
 
 void WriteManifest(const Scene& scene, const fs::path& folder) {
-  // Not null: where memory runs out as null becomes an object, the library leaves it as neither.
+  // An object from the beginning, not null: if memory runs out while the library turns null into an object, the value
+  // is left as neither.
   Json json = Json::object();
   json["format"] = kFormatName;
   json["version"] = kSceneFormatVersion;

@@ -57,7 +57,7 @@ struct Reader {
     if (!value.is_number() || !std::isfinite(value.get<double>())) throw Fail(what + " is no number");
     return value.get<double>();
   }
-  // A frame's own value before the file's.
+  // The value at the frame, else the one at the top of the file.
   std::optional<double> Number(const Json& frame, const Json& root, const char* key) const {
     for (const Json* object : {&frame, &root})
       if (const auto it = object->find(key); it != object->end() && !it->is_null()) return ToDouble(*it, key);
@@ -72,7 +72,7 @@ struct Reader {
     return {};
   }
 
-  // Ours: other writers of these files leave it to the photos.
+  // A key of our own; other writers of these files leave orientation to the photos' EXIF.
   int Orientation(const Json& frame) const {
     const double value = Number(frame, frame, "orientation").value_or(1);
     if (!(value >= 1 && value <= 8) || value != std::floor(value))
@@ -171,7 +171,8 @@ std::optional<fs::path> FindPhoto(const fs::path& folder, const std::string& fil
   return std::nullopt;
 }
 
-// What file_path leads to, from the folder of the JSON or the one above it; empty: out of both.
+// The photo's path relative to the folder of the JSON, or "../" and the path below the folder above it; empty: the
+// photo lies outside of both.
 fs::path NameFor(const fs::path& folder, const fs::path& photo) {
   const fs::path name = photo.lexically_normal().lexically_relative(folder);
   auto part = name.begin();
@@ -250,8 +251,8 @@ Scene ReadTransformsJson(const fs::path& path, std::vector<std::string>* skipped
 
 void WriteTransformsJson(const Scene& scene, const fs::path& path) {
   if (scene.frame != Frame::kMetric)
-    throw DataError("a scene without metric cameras cannot be a transforms.json", "upgrade it to a metric scene first",
-                    path);
+    throw DataError("a scene without metric cameras cannot be a transforms.json",
+                    "make it again with known intrinsics: lumi-reconstruct --camera camera.yaml", path);
   const fs::path folder = FolderOf(path);
   const auto put_camera = [](Json& object, const Camera& c) {
     const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();

@@ -50,7 +50,8 @@ class FrameClock {
       return Go(stated_s, time_s);
     }
     ++made_up_;
-    // A clock that goes on from an earlier time was set back; one frame with a wrong time is not followed.
+    // Two frames in a row with times from the past, the second after the first: the clock was set back, and is
+    // followed. A single frame with a wrong time is not followed.
     const double own_step_s = stated_s - stated_s_;
     const double next_s = last_s_ + (falling_ && own_step_s > 0 ? own_step_s : step_s_);
     if (falling_ && own_step_s > 0) start_s_ = stated_s - next_s;
@@ -67,9 +68,9 @@ class FrameClock {
     return last_s_ = time_s;
   }
   double step_s_;
-  double start_s_ = NAN, last_s_ = NAN;  // what the file states for 0; the time given last
-  double stated_s_ = NAN;                // with the frame before
-  bool falling_ = false;                 // the frame before came at a time that was past
+  double start_s_ = NAN, last_s_ = NAN;  // the stated time that counts as 0; the time returned last
+  double stated_s_ = NAN;                // stated time of the frame before
+  bool falling_ = false;                 // the frame before stated a time that was past
   int made_up_ = 0;
 };
 

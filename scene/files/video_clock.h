@@ -34,17 +34,17 @@ class VideoClock {
   bool on_grid_ = true, gaps_ = false;
 };
 
-// ReadVideoTimes, for whoever computes with them. Throws DataError, with the way out: where more than a fiftieth of the
-// times, but not all, are missing or do not increase (all: the file has none, and a constant rate is meant); where the
-// frames lie so far apart that the times are none (a clock that jumped). And InputError.
+// ReadVideoTimes, for code that computes with the times. Throws InputError; DataError, with a way out, where more than
+// a fiftieth of the times but not all are missing or do not increase (if all are, the file has no times and a constant
+// rate is assumed), or where frames lie so far apart that the clock must have jumped.
 VideoTimes ReadUsableTimes(const std::filesystem::path& video);
 void RequireUsable(const VideoTimes& times, const std::filesystem::path& video);
 
 // How long a film of these frames lasts: the last one is shown for the usual step.
 double FilmLength_s(const std::vector<double>& times_s, double fps);
 
-// How often each frame is shown by a film of a constant rate each of whose pictures is the frame nearest in time; its
-// length is FilmLength_s, its first picture the first frame. Times ascend.
+// How often each frame is shown in a film of constant rate that shows the frame nearest in time. The film lasts
+// FilmLength_s and begins with the first frame. Times ascend.
 std::vector<int> ShownAtRate(const std::vector<double>& times_s, double length_s, double fps);
 
 // Whether the times are 0, 1 / fps, 2 / fps ... after the first, to a microsecond.

@@ -21,13 +21,13 @@ struct SymmetricEigen {
 // A is square and symmetric; only its lower half is read. Not-a-number in, not-a-number out.
 SymmetricEigen EigenOfSymmetric(const MatrixIn& A);
 
-// The unit x of the least x^T A x.
+// The unit vector x that minimises x^T A x.
 Eigen::VectorXd LeastDirection(const MatrixIn& A);
 
 // x of A x = b, A symmetric and positive (by LDL^T, so that a direction without weight does no harm to the others).
 Eigen::MatrixXd SolveSymmetric(const MatrixIn& A, const MatrixIn& b);
 
-// The shortest x of the least |A x - b|, A symmetric of whatever rank.
+// The shortest x that minimises |A x - b|; A symmetric, of any rank.
 Eigen::VectorXd SolveLeastNorm(const MatrixIn& A, const VectorIn& b);
 
 // A = U diag(values) V^T, values descending; V is square, U too unless A is tall (then it has A's shape). Jacobi for
@@ -47,8 +47,8 @@ std::optional<Eigen::MatrixXd> InverseOf(const MatrixIn& A, double min_rcond = 0
 Eigen::MatrixXd OrthonormalColumns(const MatrixIn& A);
 Eigen::MatrixXd PerpendicularColumns(const MatrixIn& A);
 
-// The rotation R of the largest trace(R A^T): nearest to A, and the Kabsch rotation of a covariance A = sum target
-// source^T.
+// The rotation R that maximises trace(R A^T): the one nearest to A, and the Kabsch rotation of a covariance A = sum
+// target source^T.
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& A);
 
 }  // namespace lumi

@@ -83,8 +83,8 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& cam_from_source, const std::ve
   const Moments m = ComputeMoments(source, target);
   if (!(m.source_variance > 0)) return failed;
   const Eigen::VectorXd singular = SingularValues(m.covariance);
-  // Centres along a path that is thinner than a thirtieth of its length say little about the turn around it: their
-  // noise over that width. The photos' rotations do, and then count as much as the centres.
+  // Centres along a path thinner than a thirtieth of its length determine the turn about the path poorly: its error is
+  // their noise over that width. The photos' rotations determine it well, and then count as much as the centres.
   constexpr double kThinPath = 1e-3;  // of variances
   if (singular[1] > kThinPath * singular[0]) return FromRotation(m, NearestRotation(m.covariance));
   const double centres =

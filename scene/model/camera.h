@@ -1,6 +1,6 @@
 // Intrinsics: COLMAP's models, and one of what a calibration knows. Camera frame: x right, y down, z forward. Pixels:
-// centre of the upper-left pixel at (0.5, 0.5), as COLMAP and OpenGL have it (OpenCV's integers are converted at its
-// door, see files/opencv_pixels.h).
+// centre of the upper-left pixel at (0.5, 0.5), as COLMAP and OpenGL have it (files/opencv_pixels.h converts OpenCV's
+// integers).
 //
 // To add a camera model:
 //   1. its number below, COLMAP's where COLMAP has it, and its line in kCameraModels: its name, and what its parameters

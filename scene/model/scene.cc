@@ -14,10 +14,11 @@
 namespace lumi {
 namespace {
 
-// The photos' own up (the side of each that its orientation says), robustly: the mean, then once more over those within
-// 60 degrees of it, so that a few portrait shots whose files do not say so do not tilt the scene. That mean leans where
-// all photos look down from one side; what they have to their right is level. Least squares between the two, as in a
-// Gaussian prior and its likelihood: by how far the mean of photos is from up, and a held camera from level.
+// The photos' own up (the side of each that its orientation says), robustly: the mean, then the mean of those within 60
+// degrees of it, so that a few portrait shots whose files do not say so do not tilt the scene. That mean leans where
+// all photos look down from one side, whereas the horizontal axis of a camera held by hand is level. The result is the
+// least-squares compromise of both: a Gaussian prior about the mean (kPitchRad), and the cameras' horizontal axes as
+// its likelihood (kRollRad).
 Eigen::Vector3d EstimateUp(const Scene& scene) {
   constexpr double kCosOutlier = 0.5;
   constexpr double kPitchRad = 0.35, kRollRad = 0.05;  // standard deviations: 20 and 3 degrees

@@ -52,7 +52,7 @@ struct View {
   int orientation = 1;                                // EXIF's, 1 to 8: which side of the stored pixels is up
   double gain = 1.0;                                  // this photo's exposure relative to the scene's
   std::shared_ptr<const PhotoGrids> grids;            // what was read off its pixels; nullptr: nothing
-  std::shared_ptr<const PhotoCorrection> correction;  // of its pixels where they are read; nullptr: none
+  std::shared_ptr<const PhotoCorrection> correction;  // to apply to its pixels when they are read; nullptr: none
 
   Eigen::Vector3d CentreInWorld() const { return cam_from_world.OriginInSource(); }
 };
@@ -108,8 +108,8 @@ RenderView MakeRenderView(const Camera& pinhole, const Rigid3& cam_from_world);
 // Of a view's photo, in any frame.
 Eigen::Vector2i SizePx(const Scene& scene, const View& view);
 
-// The door of whatever needs cameras and poses: throws DataError where the scene has projection matrices only. what:
-// who needs them, "lumi-proxy" or "a fly-through".
+// To be called first by whatever needs cameras and poses: throws DataError where the scene has projection matrices
+// only. what: who needs them, "lumi-proxy" or "a fly-through".
 void RequireMetric(const Scene& scene, std::string_view what);
 
 // Sets up (the robust mean of the photos' own up) and normalized_from_world (robust centre and size of the points and

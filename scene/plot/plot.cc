@@ -171,7 +171,8 @@ std::string Panel(const Plot& plot, double offset_x, double offset_y) {
       taken.push_back({sx(p.x) - 4, sy(p.y) - 4, sx(p.x) + 4, sy(p.y) + 4});
     }
   }
-  // Labels where they cover no marker and no other label: right, left, above, below; else none (the tip has it).
+  // A label is drawn right, left, above or below its point, where it covers no marker and no other label; else it is
+  // left out, and only the tooltip shows it.
   for (const PlotSeries& s : plot.series)
     for (const PlotPoint& p : s.points) {
       if (p.label.empty() || !sx.Has(p.x) || !sy.Has(p.y)) continue;

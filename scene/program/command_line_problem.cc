@@ -11,7 +11,7 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kLettersAnError = 3;  // of a word may one be wrong
+constexpr std::size_t kLettersAnError = 3;  // a word may have one wrong letter for each so many letters
 
 std::string Plain(const std::string& word) {
   std::string plain = word.substr(std::min(word.find_first_not_of('-'), word.size()));
@@ -164,7 +164,7 @@ std::string Nearest(const std::string& word, const std::vector<std::string>& kno
     const std::string other = Plain(candidate);
     if (plain.size() >= 3 && other.starts_with(plain)) longer.push_back(candidate);
     const std::size_t distance = Distance(plain, other);
-    // Nothing of the word itself may be left: "--k" is no misspelt "--x".
+    // A candidate that keeps nothing of the word is not near: "--k" is no misspelt "--x".
     if (distance >= std::max(plain.size(), other.size())) continue;
     if (distance < least || (distance == least && best.empty())) {
       least = distance;
@@ -175,7 +175,7 @@ std::string Nearest(const std::string& word, const std::vector<std::string>& kno
 }
 
 CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error) {
-  // An option that there is not is the likeliest cause of whatever else is missing.
+  // An option that does not exist is the likeliest cause of anything else that is missing.
   std::vector<std::string> words;
   for (const std::string& argument : app.remaining(true)) {
     if (argument.size() > 1 && argument.front() == '-' && argument != "--" &&

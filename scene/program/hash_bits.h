@@ -1,4 +1,4 @@
-// Bits that look random, as a function of where and not of when: the same on any thread.
+// Pseudo-random bits as a function of their input alone, not of the order of calls: the same on any thread.
 #pragma once
 
 #include <cstdint>

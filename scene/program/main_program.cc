@@ -12,17 +12,21 @@
 #include <system_error>
 
 #include "scene/program/command_line_problem.h"
+#include "scene/program/completion.h"
+#include "scene/program/help.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/out_of_memory.h"
 #include "scene/program/parallel.h"
 #include "scene/program/printable.h"
 #include "scene/program/version.h"
+#include "version/git_description.h"
 
 namespace lumi {
 namespace {
 
 constexpr const char* kOutOfMemory = "out of memory";
 constexpr const char* kUseLess = "use smaller photos or fewer of them";
+constexpr const char* kComplete = "--complete";  // for shells alone, and in no help
 constexpr const char* kPleaseReport = "please report it with the command line";
 
 void PrintJson(const std::string& name, const JsonKeys& keys) {
@@ -91,13 +95,14 @@ Program::Program(std::string name, std::string description)
       app_(std::make_unique<CLI::App>(std::move(description), name_)),
       options_(app_.get()),
       sink_(MakeStderrProgress(true)) {
-  app_->set_version_flag("--version", name_ + " " + kVersion);
+  app_->formatter(MakeHelpFormatter());
+  app_->set_help_all_flag("--help-all", "All options, and those of the commands");
+  app_->set_version_flag("--version", fmt::format("{} {} ({})", name_, kVersion, kGitDescription));
   options_.Flag("--json", json_, "Print a summary as JSON on stdout; messages go to stderr");
   options_.Flag("--quiet", quiet_, "No progress, no remarks; figures that are asked for in one line");
   options_.Add("--threads", threads_, "Threads to use; 0 = all cores").Range(0, 4096).Default();
   options_.Add("--seed", seed_, "Seed of everything random").Default();
   app_->fallthrough();
-  app_->get_formatter()->column_width(34);
 }
 Program::~Program() = default;
 
@@ -119,6 +124,10 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   InstallInterruptHandler();
   try {
     PrepareLastWords(name_, false);
+    if (argc > 1 && std::string(argv[1]) == kComplete) {
+      for (const std::string& word : Completions(*app_, {argv + 2, argv + argc})) std::puts(word.c_str());
+      return 0;
+    }
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app_->exit(e);  // --help, --version

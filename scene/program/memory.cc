@@ -31,7 +31,8 @@ std::optional<std::uint64_t> NumberIn(const fs::path& file) {
   return in >> value ? std::optional(value) : std::nullopt;  // "max": no limit
 }
 
-// Page cache counts as used there, and makes room: the limit alone would be too much, so what files hold is added.
+// The page cache counts as used in a group's figures, but makes room when needed: what files hold is therefore added to
+// what the limit leaves.
 std::optional<std::uint64_t> LeftInGroup(const fs::path& limit, const fs::path& used, const fs::path& statistics,
                                          const std::string& cache) {
   const auto most = NumberIn(limit), now = NumberIn(used);

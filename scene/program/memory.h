@@ -1,5 +1,5 @@
-// How much memory there is. Linux promises more than it has and ends a program that takes it without a word: what will
-// take gigabytes asks first.
+// How much memory there is. Linux grants more memory than it has, and kills a program that uses it without any message;
+// code that will take gigabytes therefore checks first.
 #pragma once
 
 #include <cstdint>

@@ -9,11 +9,12 @@
 
 #include "scene/program/command_line_problem.h"
 #include "scene/program/error.h"
+#include "scene/program/help.h"
 
 namespace lumi {
 namespace {
 
-// What is wrong with a word is wrong with the command line.
+// A UsageError about a word becomes an error of the command line, which names the option.
 template <typename F>
 auto Checked(std::string name, F take) {
   return [name = std::move(name), take = std::move(take)](const auto& value) {
@@ -25,7 +26,7 @@ auto Checked(std::string name, F take) {
   };
 }
 
-// Words that an option takes: listed in its help, and in what is said of another word.
+// Words that an option takes: listed in its help, and in the message about any other word.
 void TakeOneOf(CLI::Option& option, const std::vector<std::string>& words) {
   option.type_name(fmt::format("{}", fmt::join(words, "|")));
   option.check(CLI::Validator(
@@ -125,6 +126,16 @@ std::vector<std::string> Options::GivenOf(const std::string& group) const {
   return names;
 }
 void Options::RequireCommand() { app_->require_subcommand(1); }
+void Options::Common(const std::vector<std::string>& names) { ShowCommon(*app_, names); }
+void Options::Examples(const std::string& lines) {
+  std::string text = "\nExamples:\n";
+  for (std::size_t begin = 0; begin < lines.size();) {
+    const std::size_t end = std::min(lines.find('\n', begin), lines.size());
+    text += "  " + lines.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  app_->footer(text);
+}
 void Options::Footer(const std::string& text) { app_->footer(text); }
 
 }  // namespace lumi

@@ -28,7 +28,7 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option& Required();
   Option& Default();                         // the target's value stands in the help
-  Option& Default(const std::string& text);  // this text does
+  Option& Default(const std::string& text);  // this text stands in the help
   Option& Range(int least, int most);        // inclusive
   Option& Range(double least, double most);
   Option& Positive();
@@ -75,10 +75,12 @@ class Options {
   bool given() const;  // the command
   // Options that are added from here on stand under this heading.
   Options& Group(const std::string& name);
-  // Names of those under it that were given.
+  // Names of the options under this heading that were given.
   std::vector<std::string> GivenOf(const std::string& group) const;
   void RequireCommand();
-  void Footer(const std::string& text);  // of the help
+  void Common(const std::vector<std::string>& names);  // options that --help shows; --help-all shows the others, too
+  void Examples(const std::string& lines);             // at the end of the help, below "Examples:"
+  void Footer(const std::string& text);                // of the help
 
  private:
   Option Grouped(CLI::Option* option);

@@ -10,7 +10,8 @@ void WatchAllocations();
 bool MemoryRanOut();
 // Throws std::bad_alloc where memory ran out. Called before a file is put in its place.
 void ThrowIfMemoryRanOut();
-// Said by whoever caught the failure and knows all that is missing by it: the viewer goes on without a photo.
+// Called by code that caught the failure and knows all that is missing because of it, such as the viewer, which goes on
+// without a photo.
 void MemoryIsBack();
 
 }  // namespace lumi

@@ -56,7 +56,7 @@ void Loop(std::size_t count, std::size_t grain, const std::function<void(std::si
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
                     [&](const tbb::blocked_range<std::size_t>& r) { body(r.begin(), r.end()); });
 }
-// What `body` runs in parallel itself may not begin another part of the loop that it belongs to while it waits.
+// While a parallel loop inside `body` waits, its thread must not begin another part of the loop that `body` belongs to.
 template <typename Body>
 void Alone(const Body& body) {
   tbb::this_task_arena::isolate(body);

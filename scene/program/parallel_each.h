@@ -17,7 +17,7 @@ void ParallelEach(std::size_t count, std::size_t grain, const Each& each) {
       each(i);
     }
   });
-  CheckInterrupted();  // while the last ones were at work
+  CheckInterrupted();  // Ctrl-C may have come during the last ones
 }
 
 }  // namespace lumi

@@ -16,7 +16,7 @@ std::size_t Utf8Length(std::string_view text, std::size_t at) {
   if (length == 0 || at + length > text.size()) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((byte(at + i) & 0xC0) != 0x80) return 0;
-  // Longer than need be, surrogates, beyond the last character.
+  // Refused: overlong encodings, surrogates, and code points beyond the last.
   const std::uint8_t second = byte(at + 1);
   const bool wrong = (first == 0xE0 && second < 0xA0) || (first == 0xED && second >= 0xA0) ||
                      (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90);

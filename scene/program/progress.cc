@@ -1,6 +1,7 @@
 #include "scene/program/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,19 +24,36 @@ std::string Clock(double seconds) {
                    : fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
+// One whose line can be drawn anew.
+bool IsTerminal() {
+  const char* kind = std::getenv("TERM");
+  return isatty(2) != 0 && kind != nullptr && kind[0] != '\0' && std::string(kind) != "dumb";
+}
+
+// As much of a line as stands in one row of the terminal: a longer one would leave its rest behind. Characters are
+// counted as the terminal shows them, one for each start of a UTF-8 sequence.
+std::string InOneRow(const std::string& line) {
+  winsize size{};
+  const std::size_t columns = ioctl(2, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  std::size_t shown = 0, end = 0;
+  for (; end < line.size(); ++end)
+    if ((static_cast<unsigned char>(line[end]) & 0xC0U) != 0x80U && ++shown >= columns) break;
+  return line.substr(0, end);
+}
+
 class Silent : public ProgressSink {
   void Report(const std::string&, long, long, double, double) override {}
   void Finish(const std::string&, long, double) override {}
   void Message(const std::string&) override {}
 };
 
-// Nobody may be reading any more: that is no reason to stop.
+// Errors are ignored: a stderr that nobody reads any more is no reason to stop.
 void Print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 class Stderr : public ProgressSink {
  public:
   explicit Stderr(bool quiet)
-      : quiet_(quiet), terminal_(isatty(2) != 0), pipe_(std::getenv("LUMI_PROGRESS_PIPE") != nullptr) {}
+      : quiet_(quiet), terminal_(IsTerminal()), pipe_(std::getenv("LUMI_PROGRESS_PIPE") != nullptr) {}
 
   void Report(const std::string& task, long done, long total, double seconds, double seconds_left) override {
     const std::lock_guard lock(mutex_);
@@ -57,7 +75,7 @@ class Stderr : public ProgressSink {
       line += fmt::format(" {}  {}", done, Clock(seconds));
     }
     if (terminal_)
-      Print(fmt::format("\r\033[K{}", line));
+      Print(fmt::format("\r\033[K{}", InOneRow(line)));
     else
       Print(fmt::format("{}\n", line));
     std::fflush(stderr);

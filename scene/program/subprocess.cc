@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "scene/program/error.h"
+#include "scene/program/installation.h"
 #include "scene/program/interrupt.h"
 #include "scene/program/stopwatch.h"
 
@@ -104,12 +105,7 @@ std::optional<std::filesystem::path> FindProgram(const std::string& name) {
 }
 
 std::filesystem::path SiblingProgram(const std::string& name) {
-  std::error_code ec;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", ec);
-  if (!ec) {
-    const auto sibling = self.parent_path() / name;
-    if (access(sibling.c_str(), X_OK) == 0) return sibling;
-  }
+  if (const auto own = FindOfSuite(name); own && access(own->c_str(), X_OK) == 0) return *own;
   if (const auto found = FindProgram(name)) return *found;
   throw MachineError("the program " + name + " is neither beside this one nor in PATH",
                      "build or install the whole suite");

@@ -28,7 +28,7 @@ constexpr double kSettledPx = 0.003;
 constexpr double kMaxWanderPx = 3;
 constexpr double kMaxScale = 2.5, kMaxStretch = 3;
 
-// Bilinear; x and y in OpenCV's sense (first centre at 0), inside by the caller's word.
+// Bilinear; x and y in OpenCV's sense (first centre at 0). The caller ensures that they lie inside.
 inline float Sample(const ImageF& image, double x, double y) {
   const int ix = static_cast<int>(x), iy = static_cast<int>(y);
   const float fx = static_cast<float>(x - ix), fy = static_cast<float>(y - iy);
@@ -48,7 +48,8 @@ bool Inside(const ImageF& image, const PatchPose& pose, double r) {
   return lo.x() >= 0 && lo.y() >= 0 && hi.x() < image.width - 1 - kEdgePx && hi.y() < image.height - 1 - kEdgePx;
 }
 
-// Sums over a patch keep as many partial sums whatever the processor, so that the order of additions is one.
+// Sums over a patch keep the same number of partial sums on every processor, so that the order of additions is always
+// the same.
 typedef float Lanes __attribute__((vector_size(4 * kPatchLanes), aligned(4)));  // NOLINT(modernize-use-using)
 
 LUMI_INLINE Lanes Load(const float* from) {

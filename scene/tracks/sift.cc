@@ -18,7 +18,7 @@ namespace {
 constexpr double kSiftShiftPx = -0.25;
 // Features nearer than this are one place with two orientations: the first is kept.
 constexpr double kSamePlacePx = 0.5;
-// SIFT's pyramid has nothing to say of a few pixels, and OpenCV's does not bear them.
+// SIFT's pyramid finds nothing in a few pixels, and OpenCV's implementation fails on them.
 constexpr int kMinSide = 16;
 // A picture of more pixels may show enough large spots at half its size, in a quarter of the time.
 constexpr double kPixelsWorthHalving = 1e6;

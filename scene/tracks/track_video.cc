@@ -179,7 +179,8 @@ class Tracker {
     const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
     cv::calcOpticalFlowPyrLK(previous_->pyramid, frame.pyramid, from, to, there, error, window, o_.levels, criteria,
                              cv::OPTFLOW_USE_INITIAL_FLOW);
-    // Backward from as far away as forward, not from where it began: that would be no check.
+    // The backward search starts as far from its goal as the forward one did; started at the goal, it would be no
+    // check.
     for (std::size_t k = 0; k < which.size(); ++k)
       back.emplace_back(to[k].x - static_cast<float>(guess[k].x()), to[k].y - static_cast<float>(guess[k].y()));
     cv::calcOpticalFlowPyrLK(frame.pyramid, previous_->pyramid, to, back, here, error, window, o_.levels, criteria,
@@ -192,7 +193,7 @@ class Tracker {
     }
   }
 
-  // Without a guess first; those that are not found once more, from where their neighbours went.
+  // All corners first without a guess; those that are not found are tried again from where their neighbours went.
   std::vector<Flow> FollowCorners(const Frame& frame) const {
     std::vector<Flow> flow(alive_.size());
     std::vector<std::size_t> which(alive_.size());

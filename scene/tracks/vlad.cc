@@ -31,7 +31,7 @@ Rows FindWords(std::size_t photos, const std::function<ByteDescriptors(std::size
         sample.push_back(static_cast<float>(d(k * n / taken, c)) * kByteScale);
   }
   const auto rows = static_cast<int>(sample.size() / kByteDescriptorLength);
-  // A word that is the mean of few descriptors says what these are, not what they differ by.
+  // A word that is the mean of few descriptors is nearly equal to them, so that their differences from it say nothing.
   constexpr int kDescriptorsAWord = 30;
   const int words = rows == 0 ? 0 : std::clamp(rows / kDescriptorsAWord, 1, options.words);
   Rows centres(words, kByteDescriptorLength);

@@ -18,8 +18,8 @@ struct CostAndQuality {
   double quality = kNone;  // more is better: an error enters with its sign changed
 };
 
-// Rows that no other is both as cheap and as good as, cheapest first: cost and quality ascend, strictly. Of equal rows
-// the first. Rows without a finite cost above 0 and a finite quality are on no front.
+// Rows that no other row equals or beats in both cost and quality, cheapest first: cost and quality ascend strictly. Of
+// equal rows the first is taken. Rows without a finite cost above 0 and a finite quality are on no front.
 std::vector<std::size_t> ParetoFront(const std::vector<CostAndQuality>& rows);
 
 // The best row of the front within the budget (none: no limit); where none fits, the cheapest. Throws

@@ -41,21 +41,21 @@ struct TradeoffValue : std::variant<std::monostate, bool, std::int64_t, double, 
 };
 
 enum class TradeoffRole {
-  kSetting,  // what was turned; there also where a row failed, as is what it cost
+  kSetting,  // what was varied; failed rows have it too, and their cost
   kCost,
   kLessIsBetter,  // accuracy, as an error
   kMoreIsBetter,  // accuracy
   kFigure,        // what was measured beside these
-  kRemark,        // a text at the end of the row; not there where it is empty
-  kFailed         // why nothing was measured: the same, and the row has no figures
+  kRemark,        // a text at the end of the row; left out where it is empty
+  kFailed         // why nothing was measured, at the end of the row too; the row then has no figures
 };
 
 struct TradeoffColumn {
   std::string key;  // in JSON, with its unit: "seconds"; "settings.k": k of an object; empty: not in JSON
   TradeoffRole role = TradeoffRole::kFigure;
   std::string heading = {};   // in the text table
-  int width = 0;              // there; below 0: aligned to the left, and as wide as it needs; 0: not there
-  std::string format = "{}";  // there, of a number; one that ends in "%" shows a share
+  int width = 0;              // in the text table; below 0: aligned to the left, as wide as it needs; 0: not in it
+  std::string format = "{}";  // of a number in the text table; one that ends in "%" shows a share
   std::string csv = {};       // name in CSV; empty: the key's last part; "-": not there
 };
 
@@ -71,11 +71,12 @@ struct TradeoffTable {
   std::vector<std::pair<std::string, TradeoffValue>> facts = {};  // of all rows: keys beside them in JSON
   std::string rows_key = "points", starred = {};  // in JSON; the column whose true rows begin with a star in the text
 
-  // Throws std::invalid_argument where it has not a value a column.
+  // Throws std::invalid_argument where `row` does not have one value for each column.
   void Add(std::vector<TradeoffValue> row);
   std::size_t Find(const std::string& key) const;                // of a column; throws std::invalid_argument
   double Number(std::size_t row, const std::string& key) const;  // NaN where there is none
-  // Of the rows by two columns, the cheapest first; the direction is that of the accuracy's role.
+  // The Pareto front of the rows by two columns, the cheapest first; the accuracy's role says which direction is
+  // better.
   std::vector<std::size_t> Front(const std::string& cost, const std::string& accuracy) const;
   // Sets the column "front", appended where it is not there; its rows are starred.
   void MarkFront(const std::string& cost, const std::string& accuracy);
@@ -95,7 +96,7 @@ TradeoffTable TradeoffTableOf(const std::vector<TradeoffField<Row>>& fields, con
 
 // Points of a plot that look alike.
 struct TradeoffSeries {
-  std::string is;  // rows whose column `by` says so
+  std::string is;  // rows whose column `by` has this text
   std::string name = {}, color = "#24292f";
   Marker marker = Marker::kCircle;
   bool line = false;   // through the points in the order of x

@@ -271,7 +271,7 @@ ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& siz
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < border; ++i) {
     out.x_px.push_back(domain.Pixel(lattice[i]));
-    // Within what is known to occur.
+    // Extrapolation is clamped to the range of kappa that the points have.
     out.kappa.push_back(
         std::clamp(Extended(out.x_px.back(), points, options.extension_points, order), least_kappa, most_kappa));
     out.point.push_back(-1);

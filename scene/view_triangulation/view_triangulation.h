@@ -58,8 +58,8 @@ ViewTriangulation TriangulateView(const Matrix34d& P, const Eigen::Vector2i& siz
 // the plane of a homography between two views (PlaneHomography). Zero where the triangle is seen from its edge.
 Plane PlaneOfTriangle(const ViewTriangulation& triangulation, std::size_t triangle, const Eigen::Vector4d& C);
 
-// For a metric or quasi-affine frame, whose points are finite: the same as a mesh. Vertices at infinity or beyond it
-// are none's.
+// For a metric or quasi-affine frame, whose points are finite: the same as a mesh, without the triangles that have a
+// vertex at infinity or beyond it.
 Mesh MeshOf(const ViewTriangulation& triangulation);
 
 // Points of a scene of any frame that can be trusted, homogeneous, those of the longest tracks first: finite, a

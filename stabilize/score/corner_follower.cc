@@ -95,7 +95,7 @@ FollowedFrame CornerFollower::Add(const Image8& image) {
     cv::buildOpticalFlowPyramid(grey, pyramid, cv::Size(kWindowPx, kWindowPx), kLevels);
     if (!impl_->previous.empty()) impl_->Follow(pyramid, grey.size(), result);
     impl_->Refill(grey);
-    if (impl_->alive.size() < kCornersForCut) result.cut = false;  // there is nothing to see here: no shot
+    if (impl_->alive.size() < kCornersForCut) result.cut = false;  // too few corners: a blank picture begins no shot
   }
   impl_->previous = std::move(pyramid);
   result.corners = impl_->alive;

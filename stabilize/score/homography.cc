@@ -140,7 +140,7 @@ std::optional<PictureChange> ChangeOf(const Eigen::Matrix3d& output_from_input, 
   for (int corner = 0; corner < 4; ++corner) {
     const Eigen::Vector3d x = *input_from_output * Eigen::Vector3d(corner == 1 || corner == 2 ? output_px.x() : 0,
                                                                    corner >= 2 ? output_px.y() : 0, 1);
-    // The middle's w is 1 up to the scale that the inverse has: signs are told against it.
+    // The middle's w is 1 up to the scale of the inverse; other signs are relative to it.
     const double w =
         x.z() * (input_from_output->row(2) * Eigen::Vector3d(0.5 * output_px.x(), 0.5 * output_px.y(), 1)).value();
     if (!(w > 0)) return std::nullopt;

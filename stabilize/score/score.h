@@ -33,8 +33,8 @@ struct VideoScore {
   int distortion_frame = -1;
   // Of its own path: the least of the three.
   std::optional<double> stability, stability_x, stability_y, stability_rotation;
-  // The same of the paths without their straight line: a steady walk or pan is stable, where the score above knows 0.9
-  // at most.
+  // The same for the paths less their best straight line: here a steady walk or pan counts as fully stable, while the
+  // score above gives it 0.9 at most.
   std::optional<double> stability_detrended;
   JitterResult jitter;
   MeasuredPath::Path path;

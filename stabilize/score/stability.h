@@ -20,7 +20,7 @@ std::vector<double> PathEnergies(const std::vector<double>& path);
 // (root mean square about its mean): nothing moves that could be slow or fast.
 std::optional<double> StabilityOf(const std::vector<double>& path, double still_rms);
 
-// The path without the straight line that fits it best: what is left of a constant speed is nothing.
+// The path less the straight line that fits it best: nothing is left of a constant speed.
 std::vector<double> WithoutLine(std::vector<double> path);
 
 // The path of a camera as its picture's movement adds up: of its middle and its rotation. What cannot be measured takes

@@ -105,6 +105,29 @@ TEST(Program, JsonHasSchemaAndVersionAndAFailureItsError) {
   EXPECT_EQ(bad["error"]["hint"], "shoot more");
 }
 
+TEST(Program, TheHelpShowsWhatMostPeopleUse) {
+  const auto help = [](const char* which) {
+    std::vector<std::string> words{"lumi-test", which};
+    std::vector<char*> argv{words[0].data(), words[1].data()};
+    Program program("lumi-test", "a test");
+    int width = 0, rare = 0;
+    program.options().Add("--width", width, "Of the picture");
+    program.options().Add("--rarely-used", rare, "Of nothing");
+    program.options().Common({"--width"});
+    program.options().Examples("lumi-test --width 3\nlumi-test");
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(program.Run(2, argv.data()), 0);
+    return testing::internal::GetCapturedStdout();
+  };
+  const std::string text = help("--help"), all = help("--help-all");
+  EXPECT_NE(text.find("--width"), std::string::npos);
+  EXPECT_NE(text.find("--json"), std::string::npos);
+  EXPECT_EQ(text.find("--rarely-used"), std::string::npos) << text;
+  EXPECT_NE(text.find("more: lumi-test --help-all"), std::string::npos) << text;
+  EXPECT_NE(text.find("Examples:\n  lumi-test --width 3\n  lumi-test\n"), std::string::npos) << text;
+  EXPECT_NE(all.find("--rarely-used"), std::string::npos) << all;
+}
+
 TEST(Program, HelpAndVersionAreNoErrors) {
   const Outcome o = Start({"--help"}, [] { return "{}"; });
   EXPECT_EQ(o.code, 0);
@@ -191,6 +214,39 @@ TEST(Program, AFailureIsOneLineWhateverAFileIsCalled) {
   // Cut off, longer than need be, a surrogate, beyond the last character.
   for (const char* text : {"\xc3", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "caf\xe9"})
     EXPECT_FALSE(IsUtf8(text)) << Printable(text);
+}
+
+// The words that a shell offers next.
+std::string Next(std::vector<std::string> line) {
+  line.insert(line.begin(), "--complete");
+  std::vector<std::string> args = {"lumi-test"};
+  args.insert(args.end(), line.begin(), line.end());
+  std::vector<char*> argv;
+  for (auto& a : args) argv.push_back(a.data());
+  Program program("lumi-test", "a test");
+  std::string how;
+  int width = 0;
+  program.options().Add("--how", how, "").OneOf({"smooth", "sharp", "off"});
+  program.options().Add("--width", width, "");
+  Options fine = program.Command("fine", "", [] { return Answer(*JsonKeys::Parse("{}"), ""); });
+  int faces = 0;
+  fine.Add("--faces", faces, "");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(program.Run(static_cast<int>(argv.size()), argv.data()), 0);
+  return testing::internal::GetCapturedStdout();
+}
+
+TEST(Program, TellsAShellWhatMayStandNext) {
+  EXPECT_EQ(Next({"--wi"}), "--width\n");
+  EXPECT_EQ(Next({"--how", "s"}), "smooth\nsharp\n");
+  EXPECT_EQ(Next({"--how", ""}), "smooth\nsharp\noff\n");
+  EXPECT_EQ(Next({"--width", ""}), "");  // a number
+  EXPECT_EQ(Next({"fi"}), "fine\n");
+  EXPECT_EQ(Next({"fine", "--fa"}), "--faces\n");
+  EXPECT_EQ(Next({"--fa"}), "");
+  EXPECT_EQ(Next({"fine", "--wi"}), "--width\n");  // the program's own options go with its commands
+  EXPECT_EQ(Next({"scene/", "x"}), "");
+  EXPECT_EQ(Next({}), "fine\n");
 }
 
 }  // namespace

@@ -1,14 +1,14 @@
-// What lies on a photo's own ray it sees, whatever its depth map says: beside a silhouette the map's texels, widened,
-// take a point for blocked that the photo shows. Visibility rises to 1 as the angle falls from kOwnRayRad to 0,
-// continuously.
+// A photo sees every point on its own rays, whatever its depth map says: beside a silhouette, the width of the map's
+// texels makes points count as blocked that the photo shows. Visibility rises to 1 as the angle falls from kOwnRayRad
+// to 0, continuously.
 #pragma once
 
 #include "render/radiance/kernel.h"
 
 namespace lumi {
 
-// Between rays so close an occluder as far away as half the point's distance moves by no more than the half texel that
-// an edge's feather reaches beyond it (128 texels across 50 degrees).
+// Between rays this close, an occluder at half the point's distance moves by at most half a texel, by which an edge's
+// feather extends beyond it (128 texels across 50 degrees).
 constexpr float kOwnRayRad = 0.0035F;
 
 LUMI_INLINE float VisibilityNearOwnRay(float v, float theta) {

@@ -19,8 +19,8 @@ struct RayPoint {
   float x = 0, y = 0, z = 1;            // t times it
   float focal_px = 1;                   // of the view
   float dt_s = 0;                       // the view's time less the sources' origin, on the circle of a period already
-  // For the stretch by Jacobian: tangents of the proxy's plane, and the image of a step along each in the view, as long
-  // as the point is deep: sigma is a ratio of areas, and those of far points would underflow.
+  // For the stretch by Jacobian: tangents of the proxy's plane, and the image in the view of a step along each. A step
+  // is as long as the point is deep, because areas for unit steps would underflow at far points.
   float e1[3] = {}, e2[3] = {};
   float depth = 1;
   float v00 = 0, v01 = 0, v10 = 0, v11 = 0;
@@ -66,7 +66,7 @@ LUMI_INLINE float FieldOfViewOf(const PhotoArrays& a, const RayPoint& p, int j) 
   const PlaceInPhoto x = PlaceOf(a, p, j);
   const float edge = std::min(std::min(x.u, a.width[j] - x.u), std::min(x.v, a.height[j] - x.v));
   const bool seen = (x.w > 0) & (edge >= 0) & (a.enabled[j] > 0);
-  // A product and no choice: who asks whether it is above 0 would get a branch, which keeps a loop scalar.
+  // A product, not a conditional: that would become a branch, which prevents vectorisation.
   const float inside = FieldOfView(edge, a.feather[j]), counts = seen ? 1.0F : 0.0F;
   return (inside > kBarelySeen ? inside : kBarelySeen) * counts;
 }

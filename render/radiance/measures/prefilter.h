@@ -6,9 +6,10 @@
 // sec. 4.2.2), so that
 //   |det J| = (f_j / f)^2  |n.(p - D_j)| / |n.p|  (z / z_j)^3
 // with focal lengths f in pixels, depths z along the optical axes and n the plane's normal at p, all from the view's
-// centre. A pyramid has one level for both directions: log2 of sqrt |det J|, the geometric mean of J's singular values,
-// blurs the one by what it leaves the other aliased. By the smaller (the resolution measure's largest stretch) oblique
-// planes shimmer, by the larger they smear: docs/render.md has the figures.
+// centre. A pyramid has one level for both directions. log2 of sqrt |det J|, the geometric mean of J's singular values,
+// is a compromise: one direction is blurred as much as the other is aliased. By the smaller singular value (the
+// resolution measure's largest stretch) oblique planes would shimmer, by the larger they would be blurred:
+// docs/render.md has the figures.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +29,8 @@ constexpr float kReadWhole = 2;  // 4^-kLevelBias
 template <typename T>
 constexpr T kMostFacing = T(1e6);
 
-// |n.(p - D)| / |n.p|: how much nearer the plane is to the photo's centre than to the view's. Held where either sees it
-// edge on; 1 for a normal of 0 (a triangle without area).
+// |n.(p - D)| / |n.p|: how much nearer the plane is to the photo's centre than to the view's. Bounded where either sees
+// it edge on; 1 for a normal of 0 (a triangle without area).
 template <typename T>
 LUMI_INLINE T FacingRatio(T of_photo, T of_view) {
   constexpr T kMost = kMostFacing<T>, kLeast = 1 / kMost;
@@ -44,7 +45,7 @@ LUMI_INLINE T Footprint(T focal_ratio, T facing_ratio, T depth_ratio) {
   return frontal * frontal * (facing_ratio * depth_ratio);
 }
 
-// Of a pyramid whose level 0 is the photo itself; may be negative, which is read at 0.
+// Level in a pyramid whose level 0 is the photo itself; negative levels are read at 0.
 template <typename T>
 T PyramidLevel(T footprint) {
   return T(0.5) * std::log2(footprint) + static_cast<T>(kLevelBias);

@@ -1,7 +1,7 @@
 // Visibility, a gate: a point behind what a photo's depth map shows counts as blocked, v falling from 1 to
 // kBlockedVisibility. Feathered twice: over relative depth, and, as callers interpolate the comparison of neighbouring
-// texels, across an occluder's edge. Between the ends v is geometric: h = theta / v then changes by one factor a step
-// everywhere, and no weight by more than a step's share of the feather; linear, 1 / v would be steepest just before the
+// texels, across an occluder's edge. Between the ends, v is geometric: h = theta / v then changes by the same factor at
+// every step of the feather, so no weight changes fast. With a linear v, 1 / v would be steepest just before the
 // blocked end.
 #pragma once
 
@@ -12,9 +12,8 @@
 
 namespace lumi {
 
-// The proxy is rough: its word on occlusion is evidence, no proof. A blocked camera's value falls to this, not to 0, so
-// that it stands behind the cameras that see the point, and before a hole. The lower, the steeper the weights at an
-// occluder's edge.
+// The proxy is rough, so its occlusion is only evidence. A blocked camera's value falls to this, not to 0: it ranks
+// after the cameras that see the point, and before a hole. Lower values make weights steeper at an occluder's edge.
 constexpr float kBlockedVisibility = 1.0F / 50;
 constexpr double kLog2Blocked = -5.643856189774724;
 // Half seen, half blocked.

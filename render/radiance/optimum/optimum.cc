@@ -26,7 +26,7 @@ namespace {
 // Conjugate gradients stop where the residual is this part of the wanted accuracy: S's smallest eigenvalue is 0.3 and
 // more wherever they are used for long, and the errors of many weights are less than their norm.
 constexpr double kResidual = 0.2;
-// A photo fades over the last part of the cutoff, so that none enters with a weight.
+// A photo fades over the last part of the cutoff, so that its weight is 0 where it enters.
 constexpr double kCutoffFeather = 0.1;
 
 // The factor of each photo in S and y from its measures; `any` gathers the largest over several rays. f is left as f v.

@@ -24,7 +24,7 @@ struct ViewSetup;
 // settings.accuracy below these needs the next path.
 constexpr double kFloatAccuracy = 1e-4;
 constexpr double kLaneAccuracy = 1e-7;
-// A sum of weights that says little: how many samples fall below it is counted.
+// Samples whose weights sum to less than this are counted: the optimum says little there.
 constexpr double kSmallSum = 0.05;
 
 // What happened, for the summary.
@@ -38,10 +38,9 @@ struct OptimumCounts {
   OptimumCounts& operator+=(const OptimumCounts& o);
 };
 
-// Replaces `table`, adds to `counts`. Rays are taken in neighbourly groups whatever their order, so give many at once;
-// the result for a ray depends on its group by less than settings.accuracy, and on nothing else. Weights that are
-// exactly 0 are left out. A ray that misses the proxy, or that no photo sees, has alpha 0 and no entries.
-// settings.correlation is not read.
+// Replaces `table`, adds to `counts`. Rays are solved in groups of neighbours, whatever their order, so pass many at
+// once. A ray's result depends on its group by less than settings.accuracy. Weights that are exactly 0 are left out. A
+// ray that misses the proxy, or that no photo sees, has alpha 0 and no entries. settings.correlation is not read.
 void WeighOptimal(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays, WeightTable& table,
                   OptimumCounts& counts);
 

@@ -10,8 +10,8 @@
 
 namespace lumi {
 
-// Below this, a sum is not divided by: the local mean brings what is missing, so that no weight exceeds 1/kSmallestSum
-// times what it was, and nothing jumps.
+// The least sum that weights are divided by. For smaller sums the local mean adds what is missing, so that no weight
+// grows by more than 1/kSmallestSum and nothing jumps.
 constexpr double kSmallestSum = 1e-3;
 
 // w of the photos that have one, to sum 1 together with `mean`, the real-time weights m (their sum 1).

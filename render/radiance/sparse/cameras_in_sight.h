@@ -1,5 +1,5 @@
-// Which cameras of many can have a part of a small piece of the proxy in their pictures: only these are ranked at the
-// rays that meet it there, so that a frame's cost grows with the photos that see the same things and hardly with all.
+// Which cameras may see a part of a small piece of the proxy: only these are ranked at the rays that meet it, so that a
+// frame's cost grows with the photos that see the same things, and hardly with all photos.
 #pragma once
 
 #include <Eigen/Geometry>

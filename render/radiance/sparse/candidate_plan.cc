@@ -10,9 +10,9 @@
 namespace lumi {
 namespace {
 
-// Rays a cell's side over a fine mesh: where they disagree, more of them become samples.
+// Probe rays along a cell's side over a fine mesh: where their depths differ, more of them become samples.
 constexpr int kProbes = 4;
-// Ratio of the farthest to the nearest depth in a cell from which it is uneven.
+// A cell counts as uneven from this ratio of its farthest to its nearest depth.
 constexpr float kUneven = 1.1F;
 
 using Lists = std::vector<std::vector<std::int32_t>>;
@@ -59,7 +59,7 @@ class Planner {
           hole = hole || table_.alpha[static_cast<std::size_t>(i)] < 1;
         }
         if (!hole) continue;
-        // A photo may begin between the corners.
+        // A photo's border may lie between the corners.
         for (int i = 0; i <= 4; ++i)
           for (int j = 0; i + j <= 4; ++j)
             if (i < 4 && j < 4 && i + j > 0)
@@ -172,8 +172,8 @@ class Planner {
       List(table_, i, lists_[static_cast<std::size_t>(samples.cell[i])]);
   }
 
-  // A photo's centre in a cell, before or behind the view, puts it on the cell's list: its weight there is exact
-  // anyway.
+  // Adds each photo to the list of the cell that its centre projects into, from before or behind the view. Weights are
+  // computed at every pixel anyway.
   void AddEpipoles() {
     const RelativeSources& s = setup_.sources;
     const Eigen::Matrix3d M = setup_.desired.P.leftCols<3>();

@@ -1,7 +1,7 @@
 // The candidate plan (ours, not the thesis's): the sparse samples choose photos instead of weights. The view is cut
 // into cells, columns x rows samples at their corners; a cell lists the k + 3 best photos of each of its samples, and
-// every pixel weighs its cell's photos exactly. What is lost is a photo that is among a pixel's best and among none of
-// the samples'.
+// every pixel weighs its cell's photos exactly. A photo is lost only if it is among a pixel's best but not among those
+// of any sample.
 #pragma once
 
 #include <cstdint>

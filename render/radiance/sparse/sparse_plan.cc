@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kTrianglesAChunk = 128;
 
 // Whether a photo's gate is 1 at a point: min(1, f / kAlphaFullAt), or, with field of view off, whether the photo
-// contains it. The region is convex in the photo, so that a triangle's corners speak for the triangle.
+// contains it. The region is convex in the photo, so testing a triangle's corners is enough.
 class Gate {
  public:
   explicit Gate(const ViewSetup& setup) : r_(setup.sources), fading_(setup.settings.field_of_view) {

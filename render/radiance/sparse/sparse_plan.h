@@ -44,8 +44,8 @@ struct SparseGeometry {
   std::vector<Eigen::Vector2f> epipoles_px;  // samples that are photos' centres
 };
 
-// The optimum's weights may be negative. What they take away is held to half of what the others bring, continuously: a
-// gate that closes a positive weight would leave sums about 0.
+// The optimum's weights may be negative. Their sum is limited, continuously, to half of the positive sum: otherwise a
+// gate that closes a positive weight would leave sums near 0.
 constexpr float kMostTaken = 0.5F;
 
 struct SparsePlan : SparseGeometry {

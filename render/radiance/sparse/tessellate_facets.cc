@@ -111,7 +111,7 @@ class Tessellation {
     std::vector<Eigen::Vector2d> points{a, b, c, d};
     points.insert(points.end(), own.points.begin(), own.points.end());
     TriangulateConstrained(points, own.segments, scratch);
-    // Regions that no constraint parts lie in the same facets: the largest triangle is asked for all.
+    // Triangles that no constraint separates lie in the same facets: only the largest one of a region is tested.
     const std::size_t n = scratch.triangles.size();
     std::vector<std::int32_t> region(n, -1), stack;
     const auto corner = [&](std::size_t t, std::size_t k) -> const Eigen::Vector2d& {

@@ -45,8 +45,8 @@ class MeshCutter {
     const auto& f = proxy_.faces()[face];
     std::array<std::int32_t, kMostCorners> polygon = {f[0], f[1], f[2]}, kept;
     std::size_t n = 3;
-    // At the near plane and at the view's borders: a sample outside the view is one that the photo taken from here does
-    // not contain.
+    // Cuts at the near plane and at the view's borders: a photo taken from this view would not contain samples outside
+    // it.
     for (int side = 0; side < kSides && n >= 3; ++side) {
       std::size_t m = 0;
       for (std::size_t i = 0; i < n; ++i) {

@@ -103,7 +103,7 @@ class Part {
 
 void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, const RaySamples& rays,
                   const ForRanges& for_ranges, WeightTable& table, OptimumCounts& counts) {
-  // Rays that meet the proxy close together are seen by few.
+  // Points that lie close together are seen by few cameras.
   const bool many = setup.sources.count >= kManyCameras && OnlyWhoSeesCounts(setup);
   std::vector<std::uint32_t> order;
   if (many) {
@@ -126,7 +126,8 @@ void WeighSamples(const ViewSetup& setup, const VisibilityMaps* visibility, cons
       Reconstruct(part ? part->Seeing(chunk.box) : setup, visibility, chunk.rays, tables[c], counted[c], scratch);
       if (part)
         for (std::int32_t& camera : tables[c].camera) camera = part->Camera(camera);
-      // A triangle draws few photos: what the optimum spreads over all is cut to the k that weigh most, continuously.
+      // A triangle draws few photos: the optimum's weights over all of them are reduced, continuously, to the k
+      // largest.
       if (setup.settings.similarity == Similarity::kFull && setup.settings.k > 0)
         KeepLargest(tables[c], setup.settings.k);
       SortByCamera(tables[c]);

@@ -80,8 +80,8 @@ class Decoder : public VideoDecoder {
     return false;
   }
 
-  // Some containers (AVI, most of MPEG) say when frames are decoded, and of few or none when they are shown. The times
-  // of decoding, in their order, are then those of showing but for a delay, which is the same for all. The decoder
+  // Some containers (AVI, most of MPEG) state decoding times, and presentation times for few frames or for none. The
+  // sorted decoding times are then the presentation times, up to a delay that is the same for all frames. The decoder
   // itself has no time for its last frames.
   void NoteStamp(const AVPacket& packet) {
     any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
@@ -151,12 +151,13 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
   bool any_key = false;
   while (input.Read(*packet)) {
     const Stamp s{input.Seconds(packet->pts), input.Seconds(packet->dts)};
-    // Nothing is shown that comes before the first key frame, nor what comes after it and would be shown before it.
+    // Packets before the first key frame are not shown, nor are packets after it whose presentation time is before the
+    // key frame's.
     if (!any_key && (packet->flags & AV_PKT_FLAG_KEY)) {
       any_key = true;
       first_key_s = s.pts_s;
     }
-    if (!any_key || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // the latter by an edit list
+    if (!any_key || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // an edit list makes FFmpeg set DISCARD
     const bool set_back = std::isnan(s.dts_s) ? s.pts_s < latest_pts_s - kClockSetBack_s : s.dts_s < last_dts_s;
     if (set_back) {
       AppendShown(run, times.stated_s);
@@ -165,7 +166,7 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
     if (s.pts_s < first_key_s) continue;
     run.push_back(s);
     last_dts_s = s.dts_s;
-    latest_pts_s = std::fmax(latest_pts_s, s.pts_s);  // either where the other is none
+    latest_pts_s = std::fmax(latest_pts_s, s.pts_s);  // fmax: one of the two may be NaN
   }
   AppendShown(run, times.stated_s);
   return times;

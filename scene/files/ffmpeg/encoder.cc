@@ -26,8 +26,8 @@ bool HasAvx512() {
 #endif
 }
 
-// H.264, BT.709 in limited range, and said so in the file: what players and decoders take for granted of HD, and read
-// right for smaller frames since it is said.
+// H.264, BT.709 in limited range, with both stated in the file. Players assume these for HD; for smaller frames they
+// need the statement.
 class Encoder : public VideoEncoder {
  public:
   Encoder(const std::filesystem::path& file, std::filesystem::path path, const VideoShape& shape, int threads)
@@ -149,7 +149,7 @@ class Encoder : public VideoEncoder {
 
   std::filesystem::path path_;
   int ticks_per_s_;
-  std::int64_t frame_ticks_ = 1;  // what is left to say of the last frame: how long it is shown
+  std::int64_t frame_ticks_ = 1;  // the last frame's duration: no later time stamp tells it
   OutputPtr output_;
   AVStream* stream_ = nullptr;
   CodecPtr codec_;

@@ -11,7 +11,7 @@ namespace lumi::ffmpeg {
 // How frames are turned to be shown: transposed first, then mirrored.
 struct Turn {
   bool transpose = false, flip_x = false, flip_y = false;
-  bool skew = false;  // what is asked for is no quarter turn: the nearest one is taken
+  bool skew = false;  // the file asks for another angle than a quarter turn: the nearest quarter turn is taken
 };
 // From a display matrix of 9 numbers (ISO/IEC 14496-12, 6.2.2); none: no turn.
 Turn TurnOf(const std::int32_t* matrix);

@@ -18,10 +18,10 @@ extern "C" {
 namespace lumi::ffmpeg {
 namespace {
 
-// From here on, where a file names no matrix, it is BT.709's, else BT.601's: as players take it.
+// A file that names no matrix is taken for BT.709 from this size on and for BT.601 below it, as players do.
 constexpr int kHdLines = 720, kHdColumns = 1280;
 constexpr int kScaling = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP;
-// Of HDR (ITU-R BT.2408): paper white, and how bright a display a film is made for that does not say.
+// HDR (ITU-R BT.2408), in cd/m2: paper white, and the peak brightness that is assumed where a film states none.
 constexpr double kReferenceWhite = 203, kUsualPeak = 1000, kLargestPeak = 10000;
 
 // The deprecated formats "of JPEG" are the usual ones in full range.

@@ -46,7 +46,7 @@ class ToRgb {
   double peak_ = 0;  // of HDR: cd/m2
   Colours colours_;  // what scaler_ or graph_ is made for
   ScalerPtr scaler_;
-  FramePtr planes_{av_frame_alloc()};  // what they give: kept, for memory that is given back costs as much as the work
+  FramePtr planes_{av_frame_alloc()};  // their output, kept: allocating it anew costs as much as converting
   GraphPtr graph_;
   AVFilterContext *source_ = nullptr, *sink_ = nullptr;
 };

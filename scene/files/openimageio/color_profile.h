@@ -11,12 +11,13 @@
 
 namespace lumi {
 
-// The ICC profile embedded in a file, as bytes; empty: it has none. HEIC's and AVIF's is read here, for OpenImageIO
-// does not tell it; theirs may be in words (nclx), of which Display P3 becomes a profile.
+// The ICC profile embedded in a file, as bytes; empty: it has none. HEIC and AVIF profiles are read here, because
+// OpenImageIO does not give them; such files may name their colours by numbers (nclx) instead, and for Display P3 a
+// profile is made from these.
 std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& format, const std::filesystem::path& path);
 
-// RGB or RGBA. Relative colorimetric. Nothing is touched under sRGB's own profile (two code values from it or less),
-// one that is not of RGB, and one that cannot be read.
+// RGB or RGBA. Relative colorimetric. Pixels stay as they are under sRGB's own profile (two code values from it or
+// less), under a profile that is not for RGB, and under one that cannot be read.
 void ToSrgb(const std::string& profile, Image8& image);
 
 }  // namespace lumi

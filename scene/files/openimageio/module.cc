@@ -22,8 +22,8 @@ namespace {
 // A picture of more pixels than any photograph is a decompression bomb or a corrupt header.
 constexpr std::int64_t kMaxPixels = std::int64_t(1) << 29;
 constexpr int kMaxSide = 65500;
-// From so many pixels on, a file must have a byte for every so many of them: no format packs a real photograph tighter,
-// and a header that lies must not get gigabytes.
+// Above kManyPixels, a file must have at least one byte for every kPixelsPerByte pixels: no format packs a real
+// photograph tighter, and a wrong header must not make us allocate gigabytes.
 constexpr std::int64_t kManyPixels = std::int64_t(1) << 24;
 constexpr std::int64_t kPixelsPerByte = 2000;
 constexpr std::int64_t kManyValues = 4 * kManyPixels, kValuesPerByte = 4 * kPixelsPerByte;  // of all channels
@@ -40,13 +40,14 @@ std::string OneLine(std::string text) {
   return text;
 }
 
-// Pictures are read and written side by side by whoever has many: one thread each, none more inside.
+// Callers with many pictures read and write them in parallel, so that OpenImageIO itself gets one thread.
 void LimitThreads() {
   static const bool done = OIIO::attribute("threads", 1);
   static_cast<void>(done);
 }
 
-// What the library knows the format by. In a file's name it takes a '?' for the beginning of arguments.
+// The name or format to open a file by. OpenImageIO takes a '?' in a file's name for the beginning of arguments; such
+// files are opened by their format.
 std::string FormatName(const fs::path& path) {
   const std::string ending = path.extension().string();
   return path.string().find('?') == std::string::npos || ending.size() < 2 ? path.string() : ending.substr(1);
@@ -187,7 +188,7 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
     spec.attribute("png:compressionLevel", kPngCompression);
     spec.attribute("png:filter", kPngFilterSub);
   }
-  // Or the time of day would be in it: the same picture is the same bytes.
+  // A fixed time, so that the same picture always gives the same bytes.
   if (path.extension() == ".exr") spec.attribute("DateTime", "1970:01:01 00:00:00");
   auto out = OIIO::ImageOutput::create(FormatName(path));
   if (!out) {

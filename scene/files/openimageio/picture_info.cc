@@ -11,11 +11,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kFilmWidthMm = 35;  // COLMAP's rule: focal length in px = its film equivalent / 35 * longer side
-// Of sensors that took a photograph; beyond them the resolution is of something else (of the print, or of nothing).
+// Plausible sensor sizes; outside of them the stated resolution is not the sensor's (it is the print's, or means
+// nothing).
 constexpr double kLeastSensorMm = 2, kMostSensorMm = 100;
 constexpr std::size_t kXmpWithin = 1 << 18;  // bytes from a file's beginning
 
-// Whole or not, as the container's reader keeps it: get_float gives 0 for what TIFF's reader calls an int.
+// An attribute as a number, whether the container's reader keeps it as an int or a float: get_float gives 0 for an int
+// of TIFF's reader.
 double Number(const OIIO::ImageSpec& spec, const char* name, double otherwise) {
   const OIIO::ParamValue* value = spec.find_attribute(name);
   if (!value) return otherwise;
