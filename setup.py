@@ -3,17 +3,25 @@
 LUMIGRAPH_BUILD=DIR takes what was built there (build/release, say) instead of building anew in build/python.
 """
 
+import atexit
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parent
 VERSION = re.search(r'kVersion = "([^"]+)"', (ROOT / "scene/program/version.h").read_text()).group(1)
+
+
+# Nothing is left in the tree but build/python.
+WORK = tempfile.mkdtemp(prefix="lumigraph-setup-")
+atexit.register(shutil.rmtree, WORK, ignore_errors=True)
 
 
 class BuildWithCMake(build_ext):
@@ -36,6 +44,6 @@ setup(
     package_data={"lumigraph": ["py.typed", "*.pyi"]},
     ext_modules=[Extension("lumigraph._core", sources=[])],
     cmdclass={"build_ext": BuildWithCMake},
-    options={"build": {"build_base": "build/setuptools"}, "egg_info": {"egg_base": "python"}},
+    options={"build": {"build_base": WORK}, "egg_info": {"egg_base": WORK}, "bdist_wheel": {"bdist_dir": WORK + "/wheel"}},
     zip_safe=False,
 )

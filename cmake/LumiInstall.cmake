@@ -4,6 +4,7 @@
 #
 # Components: programs, development, python.
 include(CMakePackageConfigHelpers)
+set(LUMI_MAINTAINER "The authors of Lumigraph <lumigraph@example.org>" CACHE STRING "Who answers for the Debian packages")
 
 # find_package(Lumigraph): cameras, files and the renderer, without programs' own libraries.
 set(exported lumi_dense_solvers lumi_scene_model lumi_scene lumi_triangulation lumi_render)
@@ -25,7 +26,6 @@ endforeach()
 
 # A manual page a program, of its own --help: `cmake --build build/release --target man`, where help2man is installed.
 find_program(LUMI_HELP2MAN help2man)
-file(GLOB_RECURSE program_lists ${CMAKE_SOURCE_DIR}/*/CMakeLists.txt)
 set(programs lumi-calibrate lumi-export lumi-pipeline lumi-proxy lumi-reconstruct lumi-render lumi-simulate lumi-stabilize lumi-timeperiodic lumi-view)
 set(pages "")
 foreach(program IN LISTS programs)
@@ -44,7 +44,6 @@ install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/m
 
 install(FILES ${CMAKE_SOURCE_DIR}/packaging/completion/lumigraph.bash
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME lumi-render COMPONENT programs)
-set(links "")
 foreach(program IN LISTS programs)
   if(TARGET ${program} AND NOT program STREQUAL lumi-render)
     install(CODE "file(CREATE_LINK lumi-render \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions/${program} SYMBOLIC)
@@ -52,17 +51,31 @@ list(APPEND CMAKE_INSTALL_MANIFEST_FILES \${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTAL
   endif()
 endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/packaging/completion/_lumigraph DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT programs)
-install(FILES ${CMAKE_SOURCE_DIR}/packaging/debian/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/lumigraph COMPONENT programs)
+# What Debian asks of a package.
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/debian/changelog CONTENT "lumigraph (@PROJECT_VERSION@) unstable; urgency=medium
+
+  * See CHANGELOG.md.
+
+ -- @LUMI_MAINTAINER@  Thu, 26 Nov 2026 12:00:00 +0000
+" @ONLY)
+file(ARCHIVE_CREATE OUTPUT ${CMAKE_BINARY_DIR}/debian/changelog.gz PATHS ${CMAKE_BINARY_DIR}/debian/changelog FORMAT raw COMPRESSION GZip)
+foreach(component_package IN ITEMS programs/lumigraph development/liblumigraph-dev python/python3-lumigraph)
+  string(REPLACE "/" ";" pair ${component_package})
+  list(GET pair 0 component)
+  list(GET pair 1 package)
+  install(FILES ${CMAKE_SOURCE_DIR}/packaging/debian/copyright ${CMAKE_BINARY_DIR}/debian/changelog.gz
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+endforeach()
 if(TARGET lumi-view)
   install(FILES ${CMAKE_SOURCE_DIR}/packaging/desktop/lumi-view.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT programs)
   install(FILES ${CMAKE_SOURCE_DIR}/packaging/desktop/lumigraph.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT programs)
   install(FILES ${CMAKE_SOURCE_DIR}/packaging/desktop/lumigraph.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages COMPONENT programs)
 endif()
 if(LUMI_PYTHON)
-  # Debian's place for modules; elsewhere pip installs it (docs/python.md).
-  set(LUMI_INSTALL_PYTHONDIR lib/python3/dist-packages CACHE STRING "Where the Python module is installed, below the prefix")
-  install(TARGETS lumi_python DESTINATION ${LUMI_INSTALL_PYTHONDIR}/lumigraph COMPONENT python)
-  install(DIRECTORY ${CMAKE_SOURCE_DIR}/python/lumigraph DESTINATION ${LUMI_INSTALL_PYTHONDIR} COMPONENT python
+  # Of the Debian package alone: elsewhere interpreters have places of their own, which pip knows (docs/python.md).
+  set(modules lib/python3/dist-packages)
+  install(TARGETS lumi_python DESTINATION ${modules}/lumigraph COMPONENT python EXCLUDE_FROM_ALL)
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/python/lumigraph DESTINATION ${modules} COMPONENT python EXCLUDE_FROM_ALL
     FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 endif()
 
@@ -71,7 +84,7 @@ add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -D BUILD=${CMAKE_BINARY_DIR
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lumigraph)
-set(CPACK_PACKAGE_CONTACT "The authors of Lumigraph <lumigraph@localhost>")
+set(CPACK_PACKAGE_CONTACT ${LUMI_MAINTAINER})
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "walk through a place that was photographed")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -82,20 +95,21 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME lumigraph)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "colmap, ffmpeg")
-set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION "walk through a place that was photographed
- Programs and a viewer that turn a folder of photos, or a video, into an
+set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION "Programs and a viewer that turn a folder of photos, or a video, into an
  unstructured lumigraph (Buehler 2002): photographs, their cameras and a rough
  geometric proxy, rendered from any viewpoint by blending the photographs.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblumigraph-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "lumigraph (= ${PROJECT_VERSION}), libeigen3-dev, libopencv-dev, libembree-dev, libtbb-dev, libfmt-dev, nlohmann-json3-dev, libopenimageio-dev")
-set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "libraries of lumigraph, for programs of one's own
- Static libraries and headers: scenes, their files, and the renderer;
- find_package(Lumigraph) for CMake.")
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "This package is for programs of one's own. It holds static libraries
+ and headers: scenes, their files, and the renderer; CMake finds them as
+ find_package(Lumigraph).")
+math(EXPR python_next_minor "${Python_VERSION_MINOR} + 1")
+set(python_next "${Python_VERSION_MAJOR}.${python_next_minor}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-lumigraph)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "lumigraph (= ${PROJECT_VERSION}), python3, python3-numpy")
-set(CPACK_DEBIAN_PYTHON_DESCRIPTION "unstructured lumigraphs in Python
- Scenes, weights and pictures as NumPy arrays.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "lumigraph (= ${PROJECT_VERSION}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${python_next}), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/packaging/debian/python/postinst;${CMAKE_SOURCE_DIR}/packaging/debian/python/prerm")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "This package is for Python: scenes, weights and pictures as NumPy arrays.")
 include(CPack)

@@ -11,4 +11,6 @@ description=$("$program" --help | head -n 1)
   printf '0 done; 1 the data do not allow it; 2 wrong usage; 3 an input that cannot be read; 4 the machine does not allow it; 5 a bug of ours; 130 interrupted.\n'
 } >"$work/more"
 "$help2man" --no-info --section 1 --help-option=--help-all --name "${description,}" --include "$work/more" --no-discard-stderr --output "$page" "$program"
+# The words that an option takes may stand in several lines, which nothing can stretch to the margin.
+sed -i 's/|/|\\:/g; s/^\.SH .*/&\n.ad l/; s/^\.TP$/&\n.ad l/' "$page"
 gzip -9nkf "$page"

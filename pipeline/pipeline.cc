@@ -203,8 +203,10 @@ class Run {
     // Of a video nobody knows yet how many frames become photos; of a scene that is there most is done.
     if (photos > 0 && !options_.minutes) {
       const auto most = std::ranges::max_element(stages, {}, &std::pair<std::string, double>::second);
-      text += fmt::format("; {} photos: about {:.0f} minute{} where nothing is there yet, most of them {}", photos,
-                          std::ceil(seconds / 60), seconds > 60 ? "s" : "", most->first);
+      text += fmt::format(
+          "; {} photos: {} where nothing is there yet", photos,
+          seconds > 60 ? fmt::format("about {:.0f} minutes, most of them {},", std::ceil(seconds / 60), most->first)
+                       : std::string("about a minute"));
     }
     progress_.Message(fmt::format("{} stages: {}", stages.size(), text));
   }

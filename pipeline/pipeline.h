@@ -38,7 +38,8 @@ PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progre
 // The summary as --json has it, and as a person reads it.
 void ListKeys(JsonKeys& j, PipelineSummary& summary);
 std::string Describe(const PipelineSummary& summary);
-// The stages' own commands, one a line: run one after the other they make the same scene.
+// The stages' own commands, one a line: run one after the other they make the same scene. A comment stands for what no
+// program of its own does: the report, and the import of a workspace.
 std::string DescribeCommands(const PipelineSummary& summary);
 
 }  // namespace lumi

@@ -33,8 +33,10 @@ std::string CommandOf(const std::string& program, const std::vector<std::string>
 
 StageResult RunSiblingStage(const SiblingStage& stage, ProgressSink& progress) {
   try {
-    const Sibling sibling{stage.program, stage.arguments,
-                          fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name), stage.name + ": "};
+    const Sibling sibling{
+        stage.program, stage.arguments,
+        stage.count > 1 ? fmt::format("stage {}/{} {}: ", stage.number, stage.count, stage.name) : stage.name + ": ",
+        stage.name + ": "};
     const SiblingAnswer answer = stage.executor ? stage.executor->Run({stage.name, sibling, stage.wanted}, progress)
                                                 : RunSibling(sibling, progress);
     return {stage.name,     answer.seconds, HadNothingToDo(answer.summary),

@@ -153,6 +153,13 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
       {"max_left_out", fmt::format("{}", h.max_left_out)},
       {"prefer", h.prefer == HullPreference::kTight ? "tight" : "cover"},
       {"clean", CleanAsText(c)}};
+  // A folder within the scene stays where it is when the scene is moved.
+  if (!request.silhouettes.empty()) {
+    const std::filesystem::path within =
+        std::filesystem::absolute(folder).lexically_relative(std::filesystem::absolute(opened.folder));
+    options["silhouettes"] =
+        (within.empty() || *within.begin() == ".." ? std::filesystem::absolute(folder) : within).string();
+  }
   std::optional<HullFigures> figures;
   Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,
                                    [&](const Scene& scene) -> BuiltProxy {

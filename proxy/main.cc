@@ -258,7 +258,8 @@ void AddHulls(Program& program, Requests& r) {
   simplify.Flag("--in-pixels", r.simplify_request.in_pixels,
                 "Distances and areas count as the photos show them: more faces for what is near, few for the backdrop");
   simplify.Add("--silhouettes", r.simplify_request.silhouettes,
-               "Folder of silhouettes to measure it against; default: SCENE/silhouettes");
+               "Folder of silhouettes to measure it against; default: those that its source was made from, else "
+               "SCENE/silhouettes");
   simplify.Flag("--tradeoff", r.simplify_table,
                 "A table of faces against error against time instead, kept in SCENE/tradeoff");
   simplify

@@ -58,10 +58,20 @@ std::string SourceOf(const Scene& scene, const std::string& asked) {
   return from.empty() ? scene.active_proxy : from;
 }
 
+// The folder of silhouettes that is asked for; else the one that the source was made from, where it is still there;
+// else the scene's.
+fs::path SilhouetteFolder(const Scene& scene, const std::string& from, const fs::path& asked) {
+  if (!asked.empty()) return asked;
+  const std::string recorded = OptionOf(RecordOf(scene, from), "silhouettes");
+  std::error_code error;
+  if (!recorded.empty() && fs::is_directory(scene.folder / recorded, error)) return scene.folder / recorded;
+  return scene.folder / "silhouettes";
+}
+
 // The silhouettes that the source is a hull of: cleaned as they were for it, without the views that it left out.
 std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string& from, const fs::path& asked,
                                           ProgressSink& progress) {
-  const fs::path folder = asked.empty() ? scene.folder / "silhouettes" : asked;
+  const fs::path folder = SilhouetteFolder(scene, from, asked);
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     if (!asked.empty()) throw InputError(folder, "no such folder");
@@ -198,7 +208,7 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
   if (named.name == from && named.output.empty())
     throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
-  const fs::path silhouettes = request.silhouettes.empty() ? opened.folder / "silhouettes" : request.silhouettes;
+  const fs::path silhouettes = SilhouetteFolder(opened, from, request.silhouettes);
   std::optional<SimplifyFigures> figures;
   Made<SimplifyFigures> made{
       MakeProxy(

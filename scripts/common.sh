@@ -30,20 +30,19 @@ install_packages() {
     die "apt-get install failed (see above)"
 }
 
-# install_package FILE.deb: with what it depends on, unless it is installed in this version already.
+# install_package FILE.deb: with what it depends on, also where the same version is installed already.
 install_package() {
   local file=$1 name version as_root=()
   [ -f "$file" ] || die "there is no package $file" 2
   command -v dpkg-deb >/dev/null || die "$file is a Debian package, and this is no Debian"
   name=$(dpkg-deb -f "$file" Package) && version=$(dpkg-deb -f "$file" Version) || die "$file is no Debian package" 3
-  [ "$(dpkg-query -W -f '${Version} ${db:Status-Status}' "$name" 2>/dev/null)" != "$version installed" ] || return 0
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || die "installing $file needs root or sudo"
     as_root=(sudo)
   fi
   say "installing $name $version ..."
   "${as_root[@]}" apt-get update -qq </dev/null >&2 || die "apt-get update failed: is there a network?"
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$file" </dev/null >&2 || die "apt-get install failed (see above)"
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --reinstall --no-install-recommends "$file" </dev/null >&2 || die "apt-get install failed (see above)"
 }
 
 # How many compilers at once: as many as there are cores, but at least 1.5 GB of memory for each.

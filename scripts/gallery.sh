@@ -52,17 +52,17 @@ simulated plaza plaza --views 60 --width 640
 for picture in "${wanted[@]}"; do
   case $picture in
     walk) # a photo, a view between photos, and which photo each pixel comes from
-      rendered between "$work/plaza" --view 30 --leave-out
-      rendered colours "$work/plaza" --view 30 --leave-out --show false-color
-      framed walk 220 "$(photo plaza 28)" "$work/between.png" "$work/colours.png" ;;
-    left-out) # a photo, the same from the others, four times the difference
       simulated desk desk --views 24 --width 640
-      rendered of-others "$work/desk" --view 12 --leave-out
-      rendered difference "$work/desk" --view 12 --leave-out --show difference
-      framed left-out 220 "$(photo desk 12)" "$work/of-others.png" "$work/difference.png" ;;
+      rendered between "$work/desk" --view 12 --leave-out
+      rendered colours "$work/desk" --view 12 --leave-out --show false-color
+      framed walk 220 "$(photo desk 11)" "$work/between.png" "$work/colours.png" ;;
+    left-out) # a photo, the same from the others, four times the difference
+      rendered of-others "$work/plaza" --view 30 --leave-out
+      rendered difference "$work/plaza" --view 30 --leave-out --show difference
+      framed left-out 220 "$(photo plaza 30)" "$work/of-others.png" "$work/difference.png" ;;
     hull) # a turntable: a photo, the visual hull, a view between photos
-      simulated car car --views 40 --width 640
-      "$bin/lumi-proxy" hull "$work/car" --name hull --quiet
+      simulated car car --views 36 --width 640
+      "$bin/lumi-proxy" hull "$work/car" --silhouettes "$work/car/truth/silhouettes" --name hull --quiet
       rendered hull-proxy "$work/car" --proxy hull --view 7 --leave-out --show proxy
       rendered hull-view "$work/car" --proxy hull --view 7 --leave-out
       framed hull 220 "$(photo car 7)" "$work/hull-proxy.png" "$work/hull-view.png" ;;
@@ -97,7 +97,7 @@ for picture in "${wanted[@]}"; do
       framed measures 180 "$work/map-weights.png" "$work/map-angle.png" "$work/map-visibility.png" ;;
     proxies) # one scene over a plane, a mesh of its points, and the truth
       simulated desk desk --views 24 --width 640
-      "$bin/lumi-proxy" plane "$work/desk" --name plane --quiet
+      "$bin/lumi-proxy" plane "$work/desk" --quiet
       "$bin/lumi-proxy" delaunay "$work/desk" --name mesh --quiet
       for p in plane mesh; do rendered "over-$p" "$work/desk" --proxy "$p" --view 12 --leave-out; done
       rendered mesh-proxy "$work/desk" --proxy mesh --view 12 --show proxy

@@ -541,9 +541,11 @@ std::string Describe(const StabilizeVideoSummary& s) {
                         w.shake_before_px, w.shake_after_px,
                         w.followed_frames > 0 ? fmt::format(", {} frames follow the camera", w.followed_frames) : "",
                         w.cut ? ", a cut" : "");
-  for (const ScoreRow& r : ScoreRows(s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary()))
+  const auto score = s.score ? s.score->As<sibling::ScoreSummary>() : sibling::ScoreSummary();
+  for (const ScoreRow& r : ScoreRows(score))
     text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video,
                         r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
+  if (const std::string remark = StabilityRemark(score); !remark.empty()) text += "  " + remark + "\n";
   if (s.tradeoff) text += "\n" + TextOf(*s.tradeoff) + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";

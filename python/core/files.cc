@@ -7,6 +7,7 @@
 
 #include "python/core/arrays.h"
 #include "python/core/bind.h"
+#include "render/world/renderer.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
 #include "scene/program/subprocess.h"
@@ -41,13 +42,23 @@ void BindFiles(py::module_& m) {
       },
       py::arg("file"), "(height, width, 3) uint8, RGB, brought to sRGB where the file has a colour profile.");
   m.def(
-      "write_image", [](const fs::path& file, const Bytes& picture) { WriteImage(file, ImageFrom(picture)); },
+      "write_image",
+      [](const fs::path& file, const Bytes& picture) {
+        const Image8 image = ImageFrom(picture);
+        const py::gil_scoped_release others_may_run;
+        WriteImage(file, image);
+      },
       py::arg("file"), py::arg("picture"), "Writes PNG or JPEG: (height, width, 1, 3 or 4) uint8.");
   m.def(
       "resize",
       [](const Bytes& picture, int width, int height) {
-        if (width < 1 || height < 1) throw py::value_error("width and height are 1 or more");
-        Image8 image = Resize(ImageFrom(picture), width, height);
+        if (width < 1 || height < 1 || width > kMaxPictureSide || height > kMaxPictureSide)
+          throw py::value_error("width and height take 1 to " + std::to_string(kMaxPictureSide));
+        Image8 image = ImageFrom(picture);
+        {
+          const py::gil_scoped_release others_may_run;
+          image = Resize(image, width, height);
+        }
         const Shape shape{image.height, image.width, image.channels};
         return ArrayOf(std::move(image.data), shape);
       },
@@ -60,6 +71,7 @@ void BindFiles(py::module_& m) {
         const Image8 left = ImageFrom(a), right = ImageFrom(b);
         if (left.width != right.width || left.height != right.height || left.channels != right.channels)
           throw py::value_error("the pictures differ in size");
+        const py::gil_scoped_release others_may_run;
         return Compare(left, right).psnr_db;
       },
       py::arg("a"), py::arg("b"), "Over all pixels of two pictures of one size, as the programs' figures are.");

@@ -11,6 +11,7 @@
 #include "python/core/arrays.h"
 #include "python/core/bind.h"
 #include "python/core/opened.h"
+#include "python/core/photo_name.h"
 #include "python/core/progress.h"
 #include "render/commands/render_command.h"
 #include "render/picture/convert.h"
@@ -22,7 +23,7 @@ namespace lumi {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::vector<std::string>;
+using Names = std::vector<PhotoName>;
 
 // A dictionary of JSON text.
 py::object FromJson(const std::string& text) { return py::module_::import("json").attr("loads")(text); }
@@ -51,7 +52,11 @@ void BindPicture(py::module_& m) {
       .def_property_readonly(
           "rgb",
           [](const ShownPicture& p) {
-            Image8 image = ToRgb8(p.rgba);
+            Image8 image;
+            {
+              const py::gil_scoped_release others_may_run;
+              image = ToRgb8(p.rgba);
+            }
             const Shape shape{image.height, image.width, 3};
             return ArrayOf(std::move(image.data), shape);
           },
@@ -66,7 +71,8 @@ void BindPicture(py::module_& m) {
             else
               WriteImage(file, file.extension() == ".png" ? ToRgba8(p.rgba) : ToRgb8(p.rgba));
           },
-          py::arg("file"), "Writes PNG (with alpha), JPEG or EXR, by the file's ending, as lumi-render does.");
+          py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+          "Writes PNG (with alpha), JPEG or EXR, by the file's ending, as lumi-render does.");
 }
 
 void BindWeights(py::module_& m) {
@@ -93,12 +99,21 @@ void BindWeights(py::module_& m) {
           },
           "(height, width) float32 in [0, 1]; 0: a hole. No copy.")
       .def_property_readonly(
+          "depth",
+          [](const py::object& self) {
+            const auto& p = self.cast<const ViewPlan&>();
+            return ArrayOver(p.depth.data(), {p.height, p.width}, self);
+          },
+          "(height, width) float64, of the proxy along the view's axis: world units, or those of the picture's own "
+          "world "
+          "where it has one; NaN where the proxy is missed. No copy.")
+      .def_property_readonly(
           "points",
           [](const py::object& self) {
             const auto& p = self.cast<const ViewPlan&>();
             return ArrayOver(p.point.data(), {p.height, p.width, 3}, self);
           },
-          "(height, width, 3) float64, where each ray meets the proxy, world units; NaN where no photo sees it, and "
+          "(height, width, 3) float64, where each ray meets the proxy, world units; NaN where the ray misses it, and "
           "everywhere where each picture has a proxy of its own. No copy.");
   py::class_<WeightsAtRays, std::shared_ptr<WeightsAtRays>>(
       m, "RayWeights", "Photos and weights at rays: those of ray i are the entries first[i] to first[i + 1].")
@@ -202,15 +217,28 @@ void BindReading(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& 
           },
           py::return_value_policy::reference_internal, "That proxy's triangles, or None.")
       .def_property_readonly(
-          "settings", [](const OpenedLumigraph& o) { return FromJson(JsonKeys(o.lumigraph().settings()).Text()); },
+          "settings",
+          [](OpenedLumigraph& o) {
+            std::string text;
+            {
+              const py::gil_scoped_release others_may_run;
+              text = o.Settings().Text();
+            }
+            return FromJson(text);
+          },
           "A dictionary of the options of the reconstruction, by the names that lumi-render gives them; `settings=` "
           "and "
           "--settings take it back.")
       .def_property_readonly(
           "effects",
-          [](const OpenedLumigraph& o) {
+          [](OpenedLumigraph& o) {
+            std::vector<Effect> effects;
+            {
+              const py::gil_scoped_release others_may_run;
+              effects = o.Effects();
+            }
             py::list list;
-            for (const Effect& e : o.lumigraph().effects()) list.append(FromJson(JsonKeys(e).Text()));
+            for (const Effect& e : effects) list.append(FromJson(JsonKeys(e).Text()));
             return list;
           },
           "Which measures count and why, as lumi-render's summary has it; empty before the first picture.")
@@ -218,11 +246,11 @@ void BindReading(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& 
            "What renders: processor and registers, or OpenGL's name of the device.")
       .def(
           "photo",
-          [](const py::object& self, const std::string& name, int level) {
+          [](const py::object& self, const PhotoName& name, int level) {
             const Lumigraph& l = self.cast<const OpenedLumigraph&>().lumigraph();
             if (!l.one_mesh() || l.cache() != nullptr)
               throw UsageError("the photos are not held in memory", "Scene.read_photo reads one");
-            const auto& levels = l.photos()[static_cast<std::size_t>(ViewCalled(l.scene(), name))].levels;
+            const auto& levels = l.photos()[static_cast<std::size_t>(ViewCalled(l.scene(), name.text))].levels;
             if (level < 0 || level >= static_cast<int>(levels.size()))
               throw py::index_error("the photo has levels 0 to " + std::to_string(levels.size() - 1));
             const Image8& image = levels[static_cast<std::size_t>(level)];
@@ -234,17 +262,22 @@ void BindReading(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& 
 }
 
 void BindMaking(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& c) {
-  c.def("choose_measures", &OpenedLumigraph::ChooseMeasures, py::arg("views"), LeaveOut(),
-        py::call_guard<py::gil_scoped_release>(),
-        "Decides for these views which measures count, for all pictures from now on. Without it each picture has what "
-        "its own view calls for.")
+  c.def(
+       "choose_measures",
+       [](OpenedLumigraph& o, const std::vector<RenderView>& views, const Names& leave_out) {
+         const py::gil_scoped_release others_may_run;
+         o.ChooseMeasures(views, TextsOf(leave_out));
+       },
+       py::arg("views"), LeaveOut(),
+       "Decides for these views which measures count, for all pictures from now on. Without it each picture has what "
+       "its own view calls for.")
       .def(
           "render",
           [](OpenedLumigraph& o, const RenderView& view, const Names& leave_out, const std::string& show,
              const std::string& backend, const py::dict& settings) {
             const Words words = WordsFrom(settings);
             const py::gil_scoped_release others_may_run;
-            return o.Render(view, leave_out, show, backend, words);
+            return o.Render(view, TextsOf(leave_out), show, backend, words);
           },
           View(), LeaveOut(), py::arg("show") = "color", py::arg("backend") = "cpu", Settings(),
           "A picture of the view. Names in leave_out are photos that are not used; show: color, false-color, "
@@ -254,7 +287,7 @@ void BindMaking(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& c
           [](OpenedLumigraph& o, const RenderView& view, const Names& leave_out, const py::dict& settings) {
             const Words words = WordsFrom(settings);
             const py::gil_scoped_release others_may_run;
-            return o.Plan(view, leave_out, words);
+            return o.Plan(view, TextsOf(leave_out), words);
           },
           View(), LeaveOut(), Settings(),
           "Photos, weights and points of every pixel; a grid of sparse samples in the settings does not count.")
@@ -265,24 +298,24 @@ void BindMaking(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& c
             const std::vector<Eigen::Vector2d> pixels = PixelsFrom(xy_px);
             const Words words = WordsFrom(settings);
             const py::gil_scoped_release others_may_run;
-            return o.At(view, pixels, leave_out, words);
+            return o.At(view, pixels, TextsOf(leave_out), words);
           },
           View(), py::arg("xy_px"), LeaveOut(), Settings(),
           "Photos and weights at these points of the view's picture, (n, 2) pixels; with the setting similarity=full "
           "the optimum's.")
       .def(
           "measure_map",
-          [](OpenedLumigraph& o, const std::string& measure, const RenderView& view, const std::string& photo,
+          [](OpenedLumigraph& o, const std::string& measure, const RenderView& view, const PhotoName& photo,
              const Names& leave_out, const py::dict& settings) {
             const Words words = WordsFrom(settings);
             MeasureMap map;
             {
               const py::gil_scoped_release others_may_run;
-              map = o.MapOf(view, measure, photo, leave_out, words);
+              map = o.MapOf(view, measure, photo.text, TextsOf(leave_out), words);
             }
             return py::make_tuple(ArrayOf(std::move(map.values), {map.image.height, map.image.width}), map.unit);
           },
-          py::arg("measure"), View(), py::arg("photo") = "", LeaveOut(), Settings(),
+          py::arg("measure"), View(), py::arg("photo") = PhotoName(), LeaveOut(), Settings(),
           "A measure's value at each pixel, of a photo or of the one that weighs most: ((height, width) float32, NaN "
           "where there is none, its unit).");
 }
@@ -330,19 +363,19 @@ void BindLumigraph(py::module_& m) {
       m, "Lumigraph", "A scene opened for rendering: its proxy, photos, and the measures chosen for it.");
   c.def(py::init([](const fs::path& scene, const py::object& proxy, const py::dict& settings,
                     const std::string& effects, std::optional<double> phase, std::optional<int> window_frames,
-                    bool rescale_cameras, int memory_mb, py::object progress) {
+                    bool rescale_cameras, int memory_mb, bool along_matrices, py::object progress) {
           const LumigraphOptions options =
               OptionsFrom(scene, WordsFrom(settings), effects, phase, window_frames, rescale_cameras, memory_mb);
           const Mesh* mesh = py::isinstance<Mesh>(proxy) ? &proxy.cast<const Mesh&>() : nullptr;
           const std::string name =
               proxy.is_none() || mesh != nullptr ? std::string() : py::str(proxy).cast<std::string>();
           return WithProgress(std::move(progress), [&](ProgressSink& sink) {
-            return std::make_shared<OpenedLumigraph>(options, name, mesh, sink);
+            return std::make_shared<OpenedLumigraph>(options, name, mesh, along_matrices, sink);
           });
         }),
         py::arg("scene"), py::arg("proxy") = py::none(), Settings(), py::arg("effects") = "auto",
         py::arg("phase") = py::none(), py::arg("window_frames") = py::none(), py::arg("rescale_cameras") = false,
-        py::arg("memory_mb") = -1, py::arg("progress") = py::none());
+        py::arg("memory_mb") = -1, py::arg("along_matrices") = false, py::arg("progress") = py::none());
   BindReading(c);
   BindMaking(c);
   m.def("_evaluate", &Evaluate, py::arg("scene"), py::arg("holdout"), py::arg("fold"), py::arg("proxy"),

@@ -1,6 +1,7 @@
 #include "python/core/opened.h"
 
 #include "render/radiance/setting_words.h"
+#include "render/settings_json.h"
 #include "render/show/proxy_picture.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
@@ -19,38 +20,57 @@ Show ShowFrom(const std::string& name) {
 }  // namespace
 
 OpenedLumigraph::OpenedLumigraph(const LumigraphOptions& options, const std::string& proxy, const Mesh* mesh,
-                                 ProgressSink& sink)
-    : lumigraph_(options, sink) {
-  lumigraph_.MakePictures(proxy, false);
-  if (mesh != nullptr) {
-    if (!lumigraph_.one_mesh()) throw UsageError("pictures with a proxy of their own take no mesh");
-    lumigraph_.StandIn(*mesh);
-  }
+                                 bool along_matrices, ProgressSink& sink)
+    : lumigraph_(options, sink), along_matrices_(along_matrices) {
+  lumigraph_.MakePictures(proxy, along_matrices, mesh);
+  if (mesh != nullptr && !lumigraph_.one_mesh()) throw UsageError("pictures with a proxy of their own take no mesh");
   lumigraph_.ReadPhotos(sink);
 }
 
-std::vector<bool> OpenedLumigraph::Use(const std::vector<std::string>& leave_out) const {
-  if (leave_out.empty()) return {};
-  std::vector<bool> use(lumigraph_.scene().views.size(), true);
+std::vector<bool> OpenedLumigraph::Without(const std::vector<std::string>& leave_out) const {
+  std::vector<bool> use;
+  if (!leave_out.empty()) use.assign(lumigraph_.scene().views.size(), true);
   for (const std::string& name : leave_out) use[static_cast<std::size_t>(ViewCalled(lumigraph_.scene(), name))] = false;
   return use;
+}
+
+std::vector<bool> OpenedLumigraph::Use(const RenderView& view, const std::vector<std::string>& leave_out) const {
+  return along_matrices_ ? lumigraph_.InWindow(view, Without(leave_out)) : Without(leave_out);
 }
 
 void OpenedLumigraph::ChooseMeasures(const std::vector<RenderView>& views, const std::vector<std::string>& leave_out) {
   const std::lock_guard lock(mutex_);
   if (views.empty()) throw UsageError("measures are chosen for some views, and there is none");
-  lumigraph_.ChooseMeasures(views, Use(leave_out));
+  lumigraph_.ChooseMeasures(views, Without(leave_out));
   chosen_ = true;
 }
 
 RadianceSettings OpenedLumigraph::SettingsFor(const RenderView& view, const std::vector<bool>& use,
                                               const Words& settings) {
   if (!chosen_) lumigraph_.ChooseMeasures({view}, use);
+  // What is found out, or decided, once for all pictures.
+  for (const auto& [name, text] : settings)
+    if (name == "time-s" || name == "white-balance" || name == "vignetting" || text == "measured")
+      throw UsageError(name + " counts for all pictures", "give it to lumigraph.open");
   RadianceSettings s = lumigraph_.settings();
   Decided decided = lumigraph_.decided();
   ApplySettingWords(settings, s, decided);
   if (const std::string problem = Validate(s); !problem.empty()) throw UsageError(problem);
+  if (!lumigraph_.metric() && s.resolution == Resolution::kDistance)
+    throw UsageError("resolution=distance compares distances, which this scene does not have", "use jacobian");
   return lumigraph_.At(view, s);
+}
+
+JsonKeys OpenedLumigraph::Settings() {
+  const std::lock_guard lock(mutex_);
+  JsonKeys keys = KeysOf(lumigraph_.settings(), lumigraph_.own_times(), "cpu");
+  keys.Remove("backend");
+  return keys;
+}
+
+std::vector<Effect> OpenedLumigraph::Effects() {
+  const std::lock_guard lock(mutex_);
+  return lumigraph_.effects();
 }
 
 Renderer& OpenedLumigraph::RendererOf(const std::string& backend) {
@@ -70,7 +90,7 @@ ShownPicture OpenedLumigraph::Render(const RenderView& view, const std::vector<s
   const std::lock_guard lock(mutex_);
   RenderRequest request;
   request.view = view;
-  request.use = Use(leave_out);
+  request.use = Use(view, leave_out);
   request.settings = SettingsFor(view, request.use, settings);
   ShownPicture picture;
   const Stopwatch watch;
@@ -90,7 +110,7 @@ ShownPicture OpenedLumigraph::Render(const RenderView& view, const std::vector<s
 
 ViewWeights OpenedLumigraph::WeightsOf(const RenderView& view, const std::vector<std::string>& leave_out,
                                        const Words& settings) {
-  const std::vector<bool> use = Use(leave_out);
+  const std::vector<bool> use = Use(view, leave_out);
   const RadianceSettings s = SettingsFor(view, use, settings);
   if (lumigraph_.one_mesh() && !traced_) traced_ = std::make_unique<TracedProxy>(lumigraph_.scene(), lumigraph_.mesh());
   return {lumigraph_, view, use, s, traced_.get()};
@@ -119,7 +139,7 @@ MeasureMap OpenedLumigraph::MapOf(const RenderView& view, const std::string& mea
   }
   RenderRequest request;
   request.view = view;
-  request.use = Use(leave_out);
+  request.use = Use(view, leave_out);
   request.settings = SettingsFor(view, request.use, settings);
   return lumigraph_.MapOf(request, *shown, photo.empty() ? -1 : ViewCalled(lumigraph_.scene(), photo));
 }

@@ -25,7 +25,10 @@ struct ShownPicture {
 
 class OpenedLumigraph {
  public:
-  OpenedLumigraph(const LumigraphOptions& options, const std::string& proxy, const Mesh* mesh, ProgressSink& sink);
+  // mesh: in place of a proxy of the scene's, or nullptr. along_matrices: for the frames of a path of projection
+  // matrices.
+  OpenedLumigraph(const LumigraphOptions& options, const std::string& proxy, const Mesh* mesh, bool along_matrices,
+                  ProgressSink& sink);
 
   const Lumigraph& lumigraph() const { return lumigraph_; }
   // For these views from now on; without it each picture has the measures that its own view calls for.
@@ -38,15 +41,21 @@ class OpenedLumigraph {
   MeasureMap MapOf(const RenderView& view, const std::string& measure, const std::string& photo,
                    const std::vector<std::string>& leave_out, const Words& settings);
   std::string Device(const std::string& backend);
-  RadianceSettings SettingsFor(const RenderView& view, const std::vector<bool>& use, const Words& settings);
+  // As --settings takes them: without a time where each picture has its own.
+  JsonKeys Settings();
+  std::vector<Effect> Effects();
 
  private:
   ViewWeights WeightsOf(const RenderView& view, const std::vector<std::string>& leave_out, const Words& settings);
-  std::vector<bool> Use(const std::vector<std::string>& leave_out) const;
+  RadianceSettings SettingsFor(const RenderView& view, const std::vector<bool>& use, const Words& settings);
+  // Photos that a picture of this view may be made of; empty: all.
+  std::vector<bool> Use(const RenderView& view, const std::vector<std::string>& leave_out) const;
+  std::vector<bool> Without(const std::vector<std::string>& leave_out) const;
   Renderer& RendererOf(const std::string& backend);
 
   std::mutex mutex_;
   Lumigraph lumigraph_;
+  const bool along_matrices_;
   bool chosen_ = false;
   std::map<std::string, std::unique_ptr<Renderer>> renderers_;
   std::unique_ptr<TracedProxy> traced_;  // of the one mesh, made when first wanted

@@ -4,6 +4,10 @@ namespace lumi {
 
 void CallbackProgress::Call(const std::string& task, long done, const py::object& total, double seconds,
                             const py::object& left) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (of_python_) return;
+  }
   try {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (!callback_.is_none()) callback_(task, done, total, seconds, left);

@@ -38,13 +38,17 @@ class CallbackProgress final : public ProgressSink {
 template <typename Body>
 auto WithProgress(py::object callback, Body&& body) {
   CallbackProgress sink(std::move(callback));
-  try {
-    const py::gil_scoped_release others_may_run;
-    return body(sink);
-  } catch (const Interrupted&) {
-    sink.RethrowOfPython();
-    throw;
-  }
+  auto result = [&] {
+    try {
+      const py::gil_scoped_release others_may_run;
+      return body(sink);
+    } catch (const Interrupted&) {
+      sink.RethrowOfPython();
+      throw;
+    }
+  }();
+  sink.RethrowOfPython();  // of a report that came when all was done
+  return result;
 }
 
 }  // namespace lumi

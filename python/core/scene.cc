@@ -10,6 +10,7 @@
 
 #include "python/core/arrays.h"
 #include "python/core/bind.h"
+#include "python/core/photo_name.h"
 #include "python/core/progress.h"
 #include "render/holdout/holdout.h"
 #include "render/lumigraph/lumigraph.h"
@@ -82,9 +83,10 @@ void BindMesh(py::module_& m) {
       .def_property_readonly("closed", &IsClosed, "Whether each edge is shared by two faces.")
       .def(
           "save", [](const Mesh& mesh, const fs::path& file) { WriteMesh(file, mesh); }, py::arg("file"),
-          "Writes PLY or OBJ, by the file's ending.")
+          py::call_guard<py::gil_scoped_release>(), "Writes PLY or OBJ, by the file's ending.")
       .def_static(
-          "read", [](const fs::path& file) { return ReadMesh(file); }, py::arg("file"), "Reads PLY or OBJ.");
+          "read", [](const fs::path& file) { return ReadMesh(file); }, py::arg("file"),
+          py::call_guard<py::gil_scoped_release>(), "Reads PLY or OBJ.");
 }
 
 // ----------------------------------------------------------------------------------------------------------- views
@@ -199,24 +201,41 @@ py::tuple Observations(const Scene& scene) {
                         ArrayOf(std::move(x_px), {n, 2}));
 }
 
+void RequireWidth(int width) {
+  if (width < 0 || width > kMaxPictureSide)
+    throw py::value_error("width takes 1 to " + std::to_string(kMaxPictureSide) + ", or 0: as it is");
+}
+
 std::vector<RenderView> Frames(const Scene& scene, const fs::path& file, double seconds, double fps, int width) {
+  RequireWidth(width);
+  if (!(seconds > 0 && seconds <= 3600) || !(fps > 0 && fps <= 240))
+    throw py::value_error("seconds takes up to 3600, fps up to 240");
   if (const auto matrices = MatrixPathFor(scene, file, fps)) return FramesOfPath(scene, *matrices, width, 0);
   return FramesOfPath(scene, file.empty() ? PathThroughPhotos(scene, seconds, fps) : ReadCameraPath(file), width, 0);
 }
 
-RenderView PhotoView(const Scene& scene, const std::string& name, int width) {
-  const View& view = scene.views[static_cast<std::size_t>(ViewCalled(scene, name))];
+RenderView PhotoView(const Scene& scene, const PhotoName& name, int width) {
+  RequireWidth(width);
+  const View& view = scene.views[static_cast<std::size_t>(ViewCalled(scene, name.text))];
   return PhotosView(scene, view, SizeFor(width, 0, SizePx(scene, view)));
 }
 
 void BindPointsOf(py::class_<Scene, std::shared_ptr<Scene>>& scene) {
   scene
       .def_property_readonly(
-          "points", [](const py::object& self) { return OfPoints(self, FirstPoint(self).x_in_world.data(), 3); },
+          "points",
+          [](const py::object& self) {
+            RequireMetric(self.cast<const Scene&>(), "this array");
+            return OfPoints(self, FirstPoint(self).x_in_world.data(), 3);
+          },
           "(m, 3) float64, world units, of metric scenes; no copy.")
       .def_property_readonly(
           "points_homogeneous",
-          [](const py::object& self) { return OfPoints(self, FirstPoint(self).X_in_world.data(), 4); },
+          [](const py::object& self) {
+            if (self.cast<const Scene&>().frame == Frame::kMetric)
+              throw UsageError("a metric scene's points are Scene.points");
+            return OfPoints(self, FirstPoint(self).X_in_world.data(), 4);
+          },
           "(m, 4) float64, of scenes without a metric; no copy.")
       .def_property_readonly(
           "point_colors", [](const py::object& self) { return OfPoints(self, FirstPoint(self).color.data(), 3); },
@@ -237,10 +256,8 @@ void BindViewsOf(py::class_<Scene, std::shared_ptr<Scene>>& scene) {
       .def_property_readonly(
           "names",
           [](const Scene& s) {
-            std::vector<py::str> names;
-            for (const View& v : s.views)
-              names.push_back(py::reinterpret_steal<py::str>(
-                  PyUnicode_DecodeFSDefaultAndSize(v.name.data(), static_cast<py::ssize_t>(v.name.size()))));
+            std::vector<PhotoName> names;
+            for (const View& v : s.views) names.push_back({v.name});
             return names;
           },
           "The photos' names, sorted; all arrays of photos are in this order.")
@@ -314,17 +331,17 @@ void BindScene(py::module_& m) {
           "proxies", [](const Scene& s) { return ListProxies(s.folder); }, "Names of the scene's proxies.")
       .def(
           "proxy", [](const Scene& s, const std::string& name) { return LoadProxy(s, name); }, py::arg("name") = "",
-          "A proxy by name, a mesh file, or (empty) the active one.")
+          py::call_guard<py::gil_scoped_release>(), "A proxy by name, a mesh file, or (empty) the active one.")
       .def(
           "photo_file",
-          [](const Scene& s, const std::string& name) {
-            return s.ImagePath(s.views[static_cast<std::size_t>(ViewCalled(s, name))]);
+          [](const Scene& s, const PhotoName& name) {
+            return s.ImagePath(s.views[static_cast<std::size_t>(ViewCalled(s, name.text))]);
           },
           py::arg("name"), "The photo's file: by its name, or by its position as text.")
       .def(
           "read_photo",
-          [](const Scene& s, const std::string& name) {
-            const fs::path file = s.ImagePath(s.views[static_cast<std::size_t>(ViewCalled(s, name))]);
+          [](const Scene& s, const PhotoName& name) {
+            const fs::path file = s.ImagePath(s.views[static_cast<std::size_t>(ViewCalled(s, name.text))]);
             Image8 image;
             {
               const py::gil_scoped_release others_may_run;

@@ -55,7 +55,8 @@ def open(scene: Any, proxy: Union[None, str, Mesh] = None, settings: Optional[Di
 
     proxy: a name, a mesh file, "per-view", a Mesh, or None for the active one. settings: options of the reconstruction
     (setting_options) by name, as {"k": 8, "resolution": "jacobian", "fov": False}. effects: which measures count, as
-    --effects takes them. more: phase, window_frames, rescale_cameras, memory_mb, progress.
+    --effects takes them. more: phase, window_frames, rescale_cameras, memory_mb, progress; along_matrices=True
+    for the frames of a path of projection matrices (stabilize).
     """
     return Lumigraph(scene, proxy=proxy, settings=settings or {}, effects=effects, **more)
 

@@ -35,6 +35,23 @@ def options(**values: Any) -> List[str]:
     return line
 
 
+def _end(child: subprocess.Popen) -> None:
+    """Asks a program to end, and ends it where it does not; its messages are read meanwhile, so that it can say them."""
+    drain = threading.Thread(target=child.stderr.read, daemon=True)
+    drain.start()
+    for signal_number, patience_s in (signal.SIGINT, 20), (signal.SIGTERM, 5), (signal.SIGKILL, None):
+        try:
+            os.killpg(child.pid, signal_number)
+        except ProcessLookupError:
+            pass
+        try:
+            child.wait(patience_s)
+            break
+        except (subprocess.TimeoutExpired, KeyboardInterrupt):
+            continue
+    drain.join()
+
+
 def run(program: str, *arguments: Any, progress: Optional[ProgressCallback] = None, **more: Any) -> Dict[str, Any]:
     """Starts a program of the suite, as run("lumi-proxy", "delaunay", scene), and returns its --json summary.
 
@@ -65,8 +82,7 @@ def run(program: str, *arguments: Any, progress: Optional[ProgressCallback] = No
         code = child.wait()
     except BaseException:
         # Ctrl-C, or an exception of the callback: the program removes what is half-written, and ends.
-        os.killpg(child.pid, signal.SIGINT)
-        child.wait()
+        _end(child)
         raise
     finally:
         reader.join()

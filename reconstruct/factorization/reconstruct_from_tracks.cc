@@ -167,7 +167,8 @@ FactorizationResult ReconstructFromTracks(const Tracks& tracks, const std::optio
                                std::to_string(quasi.sign_conflicts) + " of " + std::to_string(quasi.sights) +
                                " sights behind their camera)";
     }
-    if (!(camera && options.projective_only))
+    // Who asked for no more is told only where there is less.
+    if (!options.projective_only || result.upgrade != UpgradeKind::kQuasiAffine)
       result.warnings.push_back(std::string(Name(result.upgrade)) + " instead of metric: " + result.upgrade_reason);
     TakeCameras(points, model, result);
     TakePoints(points, model, tracks, result);

@@ -156,6 +156,7 @@ std::string ResultLine(const RenderSummary& s) {
   if (!s.holdout) return {};
   const HoldoutSummary& e = s.holdout->errors;
   std::string line = fmt::format("{} held-out photos: ", e.views.size());
+  if (e.mean.psnr_object_db) line += fmt::format("over the object {:.2f} dB; ", *e.mean.psnr_object_db);
   line += fmt::format("PSNR {:.2f} dB, ", e.mean.psnr_db);
   if (e.mean.psnr_seen_db) line += fmt::format("{:.2f} dB over what is seen, ", *e.mean.psnr_seen_db);
   line += fmt::format("SSIM {:.4f}, coverage {:.1f}%", e.mean.ssim, 100 * e.mean.coverage);

@@ -50,7 +50,7 @@ void TellPhotos(const RenderJob& job, const RenderRequest& request, const std::f
   const Scene& scene = job.scene();
   const ViewWeights weights(job.lumigraph, request.view, request.use, request.settings);
   if (false_color) {
-    figures.legend = LegendOf(scene, weights.Plan());
+    figures.legend = LegendOf(scene, weights);
     WriteTextAtomically(stem.string() + "_legend.svg", LegendSvg(figures.legend));
   }
   const WeightsAtRays at = weights.At(job.options.pixels);

@@ -51,7 +51,7 @@ void Lumigraph::RequireNothingMetric(const std::string& proxy) const {
                      "use --resolution jacobian");
 }
 
-void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
+void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices, const Mesh* own) {
   if (!metric()) RequireNothingMetric(proxy);
   const Decided asked = decided_;
   const auto decide = [&](const char* why) {
@@ -76,8 +76,8 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices) {
     if (decided_.Has("fill-frames") || options_.nominal_focal_px > 0)
       throw UsageError("--fill-frames and --nominal-focal-px are of pictures that have a proxy of their own",
                        "add --proxy per-view");
-    mesh_ = LoadProxy(scene_, proxy);
-    proxy_name_ = proxy.empty() ? scene_.active_proxy : proxy;
+    mesh_ = own != nullptr ? *own : LoadProxy(scene_, proxy);
+    proxy_name_ = own != nullptr ? "own mesh" : proxy.empty() ? scene_.active_proxy : proxy;
   }
   TakeClock(scene_, decided_.Has("time-window-s"), settings_);
   own_times_ = !options_.phase && !decided_.Has("time-s");

@@ -58,7 +58,8 @@ class Lumigraph {
   // Clock and proxy (a name, per-view, or empty: the active one); along_matrices: for the frames of a path of
   // projection matrices, or of a scene without a metric. Throws UsageError for options that do not go with the proxy,
   // InputError for a mesh that cannot be read, DataError (PerViewProxy).
-  void MakePictures(const std::string& proxy, bool along_matrices);
+  // own: this mesh in place of one of the scene's.
+  void MakePictures(const std::string& proxy, bool along_matrices, const Mesh* own = nullptr);
   // one_mesh() only: from now on, this mesh replaces the proxy that MakePictures read, and keeps its name. Evaluations
   // use it for a proxy that was made without the held-out photos.
   void StandIn(Mesh mesh) { mesh_ = std::move(mesh); }

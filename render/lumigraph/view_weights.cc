@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "render/cpu/pixels.h"
 #include "render/radiance/reconstruct.h"
@@ -16,14 +17,14 @@ constexpr double kNoPlace = std::numeric_limits<double>::quiet_NaN();
 bool IsMet(float t) { return t > 0 && std::isfinite(t); }
 
 // Copies a tile of the picture to its place in the whole.
-void CopyTile(const FramePlan& tile, const std::vector<std::int32_t>& photos, ViewPlan& whole) {
+void CopyTile(const FramePlan& tile, ViewPlan& whole) {
   const auto k = static_cast<std::size_t>(whole.k), tile_k = static_cast<std::size_t>(tile.k);
   std::size_t s = 0;
   for (int y = 0; y < tile.window.height; ++y)
     for (int x = 0; x < tile.window.width; ++x, ++s) {
       const auto pixel = static_cast<std::size_t>(tile.window.y + y) * static_cast<std::size_t>(whole.width) +
                          static_cast<std::size_t>(tile.window.x + x);
-      std::copy_n(photos.data() + s * tile_k, tile_k, whole.photo.data() + pixel * k);
+      std::copy_n(tile.camera.data() + s * tile_k, tile_k, whole.photo.data() + pixel * k);
       std::copy_n(tile.weight.data() + s * tile_k, tile_k, whole.weight.data() + pixel * k);
       whole.alpha[pixel] = tile.alpha[s];
     }
@@ -60,21 +61,59 @@ void ViewWeights::NumberAsViews(std::vector<std::int32_t>& cameras) const {
     if (c >= 0) c = photos_[static_cast<std::size_t>(c)];
 }
 
-ViewPlan ViewWeights::Plan() const {
-  ViewPlan whole;
-  whole.width = size_px_.x();
-  whole.height = size_px_.y();
-  const int columns = (whole.width + kPixelTileWidth - 1) / kPixelTileWidth;
-  std::vector<FramePlan> tiles(static_cast<std::size_t>(PixelTiles(whole.width, whole.height)));
-  ParallelFor(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+void ViewWeights::ForTiles(const std::function<void(const FramePlan&)>& body) const {
+  const int width = size_px_.x(), height = size_px_.y();
+  const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;
+  ParallelFor(static_cast<std::size_t>(PixelTiles(width, height)), 1, [&](std::size_t begin, std::size_t end) {
     WeighScratch scratch;
+    FramePlan plan;
     for (std::size_t tile = begin; tile < end; ++tile) {
       const int x = static_cast<int>(tile) % columns * kPixelTileWidth,
                 y = static_cast<int>(tile) / columns * kPixelTileHeight;
       PlanPixels(setup_, traced_->tracer, visibility_,
-                 {x, y, std::min(kPixelTileWidth, whole.width - x), std::min(kPixelTileHeight, whole.height - y)},
-                 tiles[tile], scratch);
+                 {x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)}, plan, scratch);
+      NumberAsViews(plan.camera);
+      body(plan);
     }
+  });
+}
+
+// Where the rays of a tile meet the proxy.
+void ViewWeights::Place(const FramePlan& tile, ViewPlan& whole) const {
+  const PixelWindow& w = tile.window;
+  std::vector<Eigen::Vector3f> direction(static_cast<std::size_t>(w.width));
+  std::vector<float> t(direction.size());
+  const double units = 1 / traced_->sources.normalized_from_world.scale;
+  for (int y = 0; y < w.height; ++y) {
+    for (int x = 0; x < w.width; ++x)
+      direction[static_cast<std::size_t>(x)] =
+          (setup_.ray_from_pixel * Eigen::Vector3d(w.x + x + 0.5, w.y + y + 0.5, 1)).normalized().cast<float>();
+    traced_->tracer.Trace(setup_.desired.centre.cast<float>(), direction, t);
+    for (std::size_t x = 0; x < t.size(); ++x) {
+      const std::size_t s = static_cast<std::size_t>(y) * t.size() + x;
+      const auto pixel =
+          static_cast<std::size_t>(w.y + y) * static_cast<std::size_t>(whole.width) + static_cast<std::size_t>(w.x) + x;
+      // A published method may have a surface of its own in place of the proxy.
+      const bool seen = tile.alpha[s] > 0;
+      if (!seen && !IsMet(t[x])) continue;
+      const Eigen::Vector3d offset = (seen ? tile.offset[s] : Eigen::Vector3f(t[x] * direction[x])).cast<double>();
+      whole.depth[pixel] = units * setup_.desired.P.row(2).head<3>().dot(offset);
+      if (!world_from_normalized_) continue;
+      const Eigen::Vector3d point = *world_from_normalized_ * (setup_.desired.centre + offset);
+      std::copy_n(point.data(), 3, whole.point.data() + 3 * pixel);
+    }
+  }
+}
+
+ViewPlan ViewWeights::Plan() const {
+  ViewPlan whole;
+  whole.width = size_px_.x();
+  whole.height = size_px_.y();
+  std::vector<FramePlan> tiles;
+  std::mutex adding;
+  ForTiles([&](const FramePlan& tile) {
+    const std::lock_guard lock(adding);
+    tiles.push_back(tile);
   });
   for (const FramePlan& tile : tiles) whole.k = std::max(whole.k, tile.k);
   const auto k = static_cast<std::size_t>(whole.k),
@@ -83,22 +122,30 @@ ViewPlan ViewWeights::Plan() const {
   whole.weight.assign(n * k, 0);
   whole.alpha.assign(n, 0);
   whole.point.assign(3 * n, kNoPlace);
-  for (FramePlan& tile : tiles) {
-    NumberAsViews(tile.camera);
-    CopyTile(tile, tile.camera, whole);
-    if (!world_from_normalized_) continue;
-    std::size_t s = 0;
-    for (int y = tile.window.y; y < tile.window.y + tile.window.height; ++y)
-      for (int x = tile.window.x; x < tile.window.x + tile.window.width; ++x, ++s)
-        if (tile.alpha[s] > 0) {
-          const Eigen::Vector3d point =
-              *world_from_normalized_ * (setup_.desired.centre + tile.offset[s].cast<double>());
-          std::copy_n(point.data(), 3,
-                      whole.point.data() + 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) +
-                                                static_cast<std::size_t>(x)));
-        }
-  }
+  whole.depth.assign(n, kNoPlace);
+  ParallelFor(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      CopyTile(tiles[i], whole);
+      Place(tiles[i], whole);
+    }
+  });
   return whole;
+}
+
+std::vector<double> ViewWeights::Shares(std::size_t views) const {
+  std::vector<double> shares(views, 0.0);
+  std::mutex adding;
+  ForTiles([&](const FramePlan& tile) {
+    std::vector<double> here(views, 0.0);
+    for (std::size_t i = 0; i < tile.camera.size(); ++i)
+      if (tile.camera[i] >= 0)
+        here[static_cast<std::size_t>(tile.camera[i])] +=
+            static_cast<double>(tile.alpha[i / static_cast<std::size_t>(tile.k)] * tile.weight[i]);
+    const std::lock_guard lock(adding);
+    for (std::size_t v = 0; v < views; ++v) shares[v] += here[v];
+  });
+  for (double& s : shares) s /= static_cast<double>(size_px_.x()) * size_px_.y();
+  return shares;
 }
 
 WeightsAtRays ViewWeights::At(const std::vector<Eigen::Vector2d>& x_px) const {
@@ -129,17 +176,6 @@ WeightsAtRays ViewWeights::At(const std::vector<Eigen::Vector2d>& x_px) const {
     std::copy_n(point.data(), 3, at.point.data() + 3 * i);
   }
   return at;
-}
-
-std::vector<double> SharesOfPhotos(const ViewPlan& plan, std::size_t views) {
-  std::vector<double> shares(views, 0.0);
-  const auto k = static_cast<std::size_t>(plan.k);
-  for (std::size_t pixel = 0; pixel < plan.alpha.size(); ++pixel)
-    for (std::size_t i = pixel * k; i < (pixel + 1) * k; ++i)
-      if (plan.photo[i] >= 0)
-        shares[static_cast<std::size_t>(plan.photo[i])] += static_cast<double>(plan.alpha[pixel] * plan.weight[i]);
-  for (double& s : shares) s /= static_cast<double>(std::max<std::size_t>(1, plan.alpha.size()));
-  return shares;
 }
 
 }  // namespace lumi

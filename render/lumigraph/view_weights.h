@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -20,15 +21,17 @@ struct ViewPlan {
   std::vector<std::int32_t> photo;  // k a pixel: numbers of the scene's views, -1 past the last
   std::vector<float> weight;        // k a pixel; sum 1 where alpha > 0, the optimum's may be negative
   std::vector<float> alpha;         // 0: a hole
-  // 3 a pixel: where its ray meets the proxy, world units; NaN where it does not or no photo sees the point, and
-  // everywhere where each picture has a proxy and a world of its own.
+  // 3 a pixel: where its ray meets the proxy, world units; NaN where it does not, and everywhere where each picture has
+  // a proxy and a world of its own.
   std::vector<double> point;
+  // Of that place, along the view's axis: world units, or those of the picture's own world. NaN: the proxy is missed.
+  std::vector<double> depth;
 };
 
 // At points of the picture.
 struct WeightsAtRays {
   WeightTable table;          // its cameras are numbers of the scene's views
-  std::vector<double> point;  // as ViewPlan has it, also where no photo sees the point
+  std::vector<double> point;  // as ViewPlan has it
 };
 
 class ViewWeights {
@@ -40,10 +43,16 @@ class ViewWeights {
               const RadianceSettings& settings, const TracedProxy* traced = nullptr);
 
   ViewPlan Plan() const;  // parallel
+  // The share of the picture that each view of the scene gives, by weights: they sum to the picture's coverage.
+  // Negative weights count as what they take away. Keeps no plan.
+  std::vector<double> Shares(std::size_t views) const;
   // x_px: pixels, centres at (i + 0.5, j + 0.5).
   WeightsAtRays At(const std::vector<Eigen::Vector2d>& x_px) const;
 
  private:
+  // body(plan) of each tile, on all threads; cameras are views of the scene there.
+  void ForTiles(const std::function<void(const FramePlan&)>& body) const;
+  void Place(const FramePlan& tile, ViewPlan& whole) const;
   void NumberAsViews(std::vector<std::int32_t>& cameras) const;
   const Eigen::Vector2i size_px_;
   std::unique_ptr<TracedProxy> own_;
@@ -53,9 +62,5 @@ class ViewWeights {
   const VisibilityMaps* visibility_ = nullptr;
   ViewSetup setup_;
 };
-
-// Shares of a picture's pixels that each view of the scene gives: sums to the picture's coverage. Negative weights
-// count as what they take away.
-std::vector<double> SharesOfPhotos(const ViewPlan& plan, std::size_t views);
 
 }  // namespace lumi

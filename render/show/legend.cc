@@ -36,8 +36,8 @@ std::string FalseColorOf(int view) {
   return fmt::format("#{:02x}{:02x}{:02x}", code(c.x()), code(c.y()), code(c.z()));
 }
 
-std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewPlan& plan) {
-  const std::vector<double> shares = SharesOfPhotos(plan, scene.views.size());
+std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewWeights& weights) {
+  const std::vector<double> shares = weights.Shares(scene.views.size());
   std::vector<LegendEntry> legend;
   for (std::size_t i = 0; i < shares.size(); ++i)
     if (shares[i] >= kLeastShare) legend.push_back({scene.views[i].name, FalseColorOf(static_cast<int>(i)), shares[i]});

@@ -19,7 +19,7 @@ void ListKeys(JsonKeys& j, LegendEntry& entry);
 // The colour of a photo in false colours, "#rrggbb".
 std::string FalseColorOf(int view);
 // The photos that give at least a thousandth of the picture's pixels, the largest share first.
-std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewPlan& plan);
+std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewWeights& weights);
 // As SVG: a patch of colour, the photo's name and its share, a line each.
 std::string LegendSvg(const std::vector<LegendEntry>& legend);
 

@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
               "--grid"});
   app.Examples(
       "lumi-view scene\n"
-      "lumi-view colmap-workspace --proxy per-view\n"
+      "lumi-view colmap-workspace --proxy mesh.ply     over a mesh made elsewhere\n"
       "lumi-view scene --budget-ms 33                  as good as 33 ms a frame allow");
   program.RunAndExit(argc, argv, [&] {
     settings.Apply(o.settings, o.decided);

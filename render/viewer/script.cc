@@ -44,6 +44,8 @@ constexpr std::array kGrammar{
     Grammar{"effects", ScriptVerb::kEffects, Takes::kText, 0, "effects auto|none|LIST (as --effects takes it)"},
     Grammar{"show", ScriptVerb::kShow, Takes::kText, 0,
             "show color|false-color|tessellation|proxy|MAP (weights, angle ...: as --show names heat maps)"},
+    Grammar{"drop", ScriptVerb::kDrop, Takes::kText, 0,
+            "drop SCENE (as if it were dropped on the window: it is opened)"},
     Grammar{"frusta", ScriptVerb::kFrusta, Takes::kOnOff, 0, "frusta on|off"},
     Grammar{"mesh", ScriptVerb::kMesh, Takes::kOnOff, 0, "mesh on|off"},
     Grammar{"fill", ScriptVerb::kFill, Takes::kOnOff, 0, "fill on|off (what no photo sees, from around it)"},

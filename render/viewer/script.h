@@ -56,6 +56,7 @@ enum class ScriptVerb {
   kRecordStop,
   kRecordCancel,
   kExportPage,
+  kDrop,
   kWait,
   kScreenshot,
 };

@@ -8,6 +8,7 @@
 
 #include "render/viewer/canvas.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -15,15 +16,14 @@
 namespace lumi {
 namespace {
 
-constexpr double kMessage_s = 4.0;
 constexpr double kScriptPatience_s = 900;  // for a 'wait'
 constexpr double kLongestStep_s = 0.25;
 
 }  // namespace
 
-void ViewSession::Say(const std::string& message) {
+void ViewSession::Say(const std::string& message, double seconds) {
   message_ = message;
-  message_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * kMessage_s));
+  message_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * seconds));
 }
 
 void ViewSession::Screenshot(const std::filesystem::path& file, bool with_ui) {
@@ -40,10 +40,31 @@ void ViewSession::Screenshot(const std::filesystem::path& file, bool with_ui) {
 void ViewSession::RunScript() {
   while (!script_.steps.empty()) {
     const ScriptStep& s = script_.steps.front();
+    if (s.verb == ScriptVerb::kDrop) {
+      const std::filesystem::path scene = s.word;
+      script_.steps.pop_front();
+      Take(scene);
+      return;
+    }
     if (s.verb == ScriptVerb::kWait || s.verb == ScriptVerb::kScreenshot || !RunStatement(s)) return;
     script_.waiting = false;
     script_.steps.pop_front();
   }
+}
+
+// Only a scene ends this one.
+void ViewSession::Take(const std::filesystem::path& dropped) {
+  OpenOptions quickly;
+  quickly.check_photos = quickly.undistort = false;
+  try {
+    OpenScene(dropped, quickly, SilentProgress());
+  } catch (const std::exception& e) {
+    if (script_.given) throw;
+    Say(e.what());
+    return;
+  }
+  dropped_ = dropped;
+  window_.Close();
 }
 
 void ViewSession::AfterPainting() {
@@ -78,7 +99,9 @@ JsonKeys ViewSession::Run() {
     size_px_ = window_.FramebufferSize().cwiseMax(1);
     const double dt = std::min(SecondsSince(last), kLongestStep_s);
     last = Clock::now();
-    Steer(window_.Take(), dt);
+    const WindowInput input = window_.Take();
+    Steer(input, dt);
+    if (!input.dropped.empty()) Take(input.dropped);
     if (script_.given) RunScript();
     Paint();
     if (Clock::now() > message_until_) message_.clear();
@@ -95,7 +118,7 @@ JsonKeys ViewSession::Run() {
     if (painted()) frame_ms_.push_back(last_ms_);
     if (script_.given) {
       AfterPainting();
-      if (script_.steps.empty()) break;
+      if (script_.steps.empty() || !dropped_.empty()) break;
     }
     wait_s = Wait_s();
   }

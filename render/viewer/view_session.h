@@ -27,6 +27,11 @@ class ViewSession {
 
   // Until the window is closed, or the script ends.
   JsonKeys Run();
+  // A message that stands at the start.
+  void Greet(const std::string& text) { Say(text, 20); }
+  // A scene that was dropped on the window, which ended Run; empty: none. What is left of the script is for it.
+  const std::filesystem::path& dropped() const { return dropped_; }
+  std::vector<ScriptStep> script_left() const { return {script_.steps.begin(), script_.steps.end()}; }
 
  protected:
   // The parts of a frame, in this order.
@@ -45,7 +50,7 @@ class ViewSession {
   virtual void Summarise(JsonKeys& j) = 0;  // adds to it
   virtual void End() {}                     // the window was closed
 
-  void Say(const std::string& message);
+  void Say(const std::string& message, double seconds = 4.0);
   const std::string& message() const { return message_; }
   double frame_ms() const { return last_ms_; }  // that the last frame took
   void Screenshot(const std::filesystem::path& file, bool with_ui);
@@ -64,8 +69,10 @@ class ViewSession {
 
  private:
   void RunScript();
+  void Take(const std::filesystem::path& dropped);
   void AfterPainting();
 
+  std::filesystem::path dropped_;
   std::string message_;
   Clock::time_point message_until_ = Clock::now();
   std::vector<std::string> screenshots_;

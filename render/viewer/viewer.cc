@@ -13,34 +13,21 @@
 #include "scene/program/interrupt.h"
 
 namespace lumi {
+namespace {
 
-JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
-  if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
-  if (const std::string problem = ProblemOf(options.settings); !problem.empty()) throw UsageError(problem);
-  if (options.settings.correlation == Correlation::kMeasured)
-    throw UsageError(
-        "--correlation measured reads all photos before the first picture",
-        "lumi-render SCENE --correlation measured --json prints r-min-deg, r-max-deg and noise, which go with "
-        "--correlation falling-leaves");
-  if (options.phase && options.decided.Has("time-s")) throw UsageError("--phase and --time-s do not go together");
-  std::vector<ScriptStep> script = ParseScript(options.script);
-  if (!options.screenshot.empty()) {
-    if (!HasImageExtension(options.screenshot))
-      throw UsageError("--screenshot writes a picture: " + options.screenshot.string(), "name it FILE.png");
-    ScriptStep wait, shot;
-    wait.text = "wait";
-    shot.verb = ScriptVerb::kScreenshot;
-    shot.word = options.screenshot.string();
-    script.push_back(wait);
-    script.push_back(shot);
-  }
-  if (!std::filesystem::exists(options.scene)) throw UsageError("there is no scene at " + options.scene.string());
+struct Viewed {
+  JsonKeys summary;
+  std::filesystem::path next = {};      // a scene that is to be opened in place of this one; empty: none
+  std::vector<ScriptStep> script = {};  // what is left of it
+};
 
+// One scene, in a window of its own, until that is closed.
+Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& script, ProgressSink& progress,
+                 const std::string& message = {}) {
   const auto start = Clock::now();
   Window window("lumi-view: " + options.scene.filename().string(), options.width_px, options.height_px);
   OpeningProgress opening(progress);
   auto future = std::async(std::launch::async, [&] { return OpenForViewing(options, opening); });
-  JsonKeys j;
   while (future.wait_for(std::chrono::milliseconds(30)) != std::future_status::ready) {
     window.Poll(0);
     if (window.ShouldClose() || InterruptRequested()) opening.Cancel();
@@ -64,12 +51,60 @@ JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
       session = std::make_unique<Playback>(options, window, *opened, script);
     else
       session = std::make_unique<Viewer>(options, window, *opened, progress, script);
-    j = session->Run().Say("seconds_to_open", opened_s);
+    if (!message.empty()) session->Greet(message);
+    JsonKeys summary = session->Run().Say("seconds_to_open", opened_s);
+    return {std::move(summary), session->dropped(), session->script_left()};
   } catch (const Interrupted&) {
     if (InterruptRequested()) throw;
-    j.Say("frames", 0);  // the window was closed while the scene was opened
+    return {JsonKeys().Say("frames", 0)};  // the window was closed while the scene was opened
   }
-  return j;
+}
+
+}  // namespace
+
+JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
+  if (const std::string problem = Validate(options.settings); !problem.empty()) throw UsageError(problem);
+  if (const std::string problem = ProblemOf(options.settings); !problem.empty()) throw UsageError(problem);
+  if (options.settings.correlation == Correlation::kMeasured)
+    throw UsageError(
+        "--correlation measured reads all photos before the first picture",
+        "lumi-render SCENE --correlation measured --json prints r-min-deg, r-max-deg and noise, which go with "
+        "--correlation falling-leaves");
+  if (options.phase && options.decided.Has("time-s")) throw UsageError("--phase and --time-s do not go together");
+  std::vector<ScriptStep> script = ParseScript(options.script);
+  if (!options.screenshot.empty()) {
+    if (!HasImageExtension(options.screenshot))
+      throw UsageError("--screenshot writes a picture: " + options.screenshot.string(), "name it FILE.png");
+    ScriptStep wait, shot;
+    wait.text = "wait";
+    shot.verb = ScriptVerb::kScreenshot;
+    shot.word = options.screenshot.string();
+    script.push_back(wait);
+    script.push_back(shot);
+  }
+  if (!std::filesystem::exists(options.scene)) throw UsageError("there is no scene at " + options.scene.string());
+  ViewerOptions seen = options;
+  Viewed viewed = ViewScene(seen, script, progress);
+  // A script that ends with a drop has nothing to see in the scene that it dropped.
+  while (!viewed.next.empty() && (script.empty() || !viewed.script.empty())) {
+    ViewerOptions other = seen;
+    other.scene = viewed.next;
+    // These name something in the first scene.
+    other.proxy.clear();
+    other.view.clear();
+    other.path.clear();
+    other.phase.reset();
+    try {
+      viewed = ViewScene(other, viewed.script, progress);
+      seen = other;
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      if (!script.empty()) throw;
+      viewed = ViewScene(seen, {}, progress, e.what());
+    }
+  }
+  return viewed.summary;
 }
 
 }  // namespace lumi

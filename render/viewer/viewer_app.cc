@@ -18,7 +18,8 @@ namespace {
 constexpr double kIdleWait_s = 0.2;      // between frames when nothing happens
 constexpr double kLoadingWait_s = 0.02;  // leaves the cores to the photos
 constexpr double kRefiningWait_s = 0.1;  // leaves the cores to the refined picture
-constexpr double kSmoothing = 0.1;       // of times that are shown
+constexpr double kFirstHelp_s = 20;
+constexpr double kSmoothing = 0.1;  // of times that are shown
 
 }  // namespace
 
@@ -68,6 +69,9 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   facts_.proxies = ListProxies(scene_.folder);
   facts_.effects = effects_.effects;
   PathEdited();
+  if (!script_.given)
+    Say("drag: orbit; right drag: look around; wheel: nearer; W A S D: fly; H: all keys; drop a folder: open it",
+        kFirstHelp_s);
 }
 
 RenderRequest Viewer::Request(const Eigen::Vector2i& size_px, const RadianceSettings& settings) const {

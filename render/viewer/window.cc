@@ -121,6 +121,10 @@ struct Window::Events {
       return;
     Of(w).input.keys.push_back(key);
   }
+
+  static void Drop(GLFWwindow* w, int count, const char** paths) {
+    if (count > 0) Of(w).input.dropped = paths[0];
+  }
 };
 
 Window::Window(const std::string& title, int width_px, int height_px) {
@@ -146,6 +150,7 @@ Window::Window(const std::string& title, int width_px, int height_px) {
   glfwSetCursorPosCallback(window_, Events::Cursor);
   glfwSetScrollCallback(window_, Events::Scroll);
   glfwSetKeyCallback(window_, Events::Key);
+  glfwSetDropCallback(window_, Events::Drop);
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;  // nothing is written into the user's folder

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct WindowInput {
   double zoom_steps = 0;                                // wheel with Ctrl
   std::optional<Eigen::Vector2d> double_click_px;       // from the top left
   Eigen::Vector2d cursor_px = Eigen::Vector2d::Zero();  // from the top left
+  std::filesystem::path dropped;                        // a file or folder that was dropped on the window
   std::vector<int> keys;                                // GLFW key codes, pressed or repeated
   Eigen::Vector3d fly = Eigen::Vector3d::Zero();        // held keys: right, up, forward, each -1 to 1 (4 with Shift)
 };

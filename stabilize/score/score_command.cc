@@ -47,6 +47,15 @@ std::string Describe(const ScoreResult& result) {
                           v.stability_y, v.stability_rotation, v.stability_detrended})
       table += fmt::format("  {:>10}", x && std::isfinite(*x) ? fmt::format("{:.3f}", *x) : "-");
   }
+  for (const VideoScore& v : result.videos) {
+    const VideoScore& input = result.videos.front();
+    if (!(v.stability && input.stability && v.jitter.jitter_px && input.jitter.jitter_px)) continue;
+    if (!(*v.stability < *input.stability && *v.jitter.jitter_px < *input.jitter.jitter_px)) continue;
+    table +=
+        "\nStability is the share that slow frequencies have in a path's motion: where hardly any motion is left, what "
+        "is left counts more, and less shake may score less. Jitter is the shake itself.";
+    break;
+  }
   return table;
 }
 

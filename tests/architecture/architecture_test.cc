@@ -29,6 +29,11 @@ TEST(Architecture, ArrowsAgainstTheDirectionAreSeen) {
   EXPECT_THAT(RulesBrokenBy("pipeline/a.cc", "#include \"render/renderer.h\"\n"),
               ElementsAre(StartsWith("pipeline/a.cc:1:")));
   EXPECT_THAT(RulesBrokenBy("proxy/a.cc", "#include \"tests/scene/x.h\"\n"), ElementsAre(StartsWith("proxy/a.cc:1:")));
+  EXPECT_THAT(RulesBrokenBy("python/core/a.cc", "#include \"render/b.h\"\n#include <pybind11/stl.h>\n"), IsEmpty());
+  EXPECT_THAT(RulesBrokenBy("python/core/a.cc", "#include \"proxy/b.h\"\n"),
+              ElementsAre(StartsWith("python/core/a.cc:1:")));
+  EXPECT_THAT(RulesBrokenBy("render/a.cc", "#include <pybind11/stl.h>\n"),
+              ElementsAre(StartsWith("render/a.cc:1: pybind11")));
   EXPECT_THAT(RulesBrokenBy("proxy/a.cc", "#include \"proxy/b.h\"\n#include \"scene/model/scene.h\"\n"), IsEmpty());
 }
 

@@ -12,8 +12,8 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-const std::set<std::string> kStages = {"simulate",     "calibrate", "reconstruct", "proxy",   "render",
-                                       "timeperiodic", "stabilize", "export",      "pipeline"};
+const std::set<std::string> kStages = {"simulate",     "calibrate", "reconstruct", "proxy",    "render",
+                                       "timeperiodic", "stabilize", "export",      "pipeline", "python"};
 
 struct SourceLine {
   std::string file;    // relative to the root
@@ -51,13 +51,14 @@ const std::vector<Rule>& Rules() {
        [](const SourceLine& l) {
          return l.folder == "scene" && kStages.count(l.include.substr(0, l.include.find('/'))) > 0;
        }},
-      // What is exported is what the renderer draws.
+      // What is exported, and what Python sees, is what the renderer draws.
       {"a stage uses itself and scene only",
        [](const SourceLine& l) {
          const std::string target = l.include.substr(0, l.include.find('/'));
          return kStages.count(l.folder) > 0 && kStages.count(target) > 0 && target != l.folder &&
-                !(l.folder == "export" && target == "render");
+                !((l.folder == "export" || l.folder == "python") && target == "render");
        }},
+      Confined("pybind11", {"pybind11/"}, {"python/"}),
       {"no source uses the tests", [](const SourceLine& l) { return l.include.starts_with("tests/"); }},
       {"the radiance core has no GL, no threads and no files",
        [](const SourceLine& l) {

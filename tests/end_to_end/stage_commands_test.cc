@@ -44,7 +44,7 @@ TEST(StageCommands, RunByHandTheyMakeThePipelinesBytes) {
                                       "-o",
                                       scene.string(),
                                       "--poses",
-                                      (capture / "truth").string(),
+                                      (capture.path() / "truth").string(),
                                       "--proxy",
                                       "delaunay",
                                       "--holdout",

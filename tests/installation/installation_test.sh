@@ -4,7 +4,13 @@ set -euo pipefail
 build=$1 compiler=$2
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(mktemp -d)
-trap 'rm -rf "$root"' EXIT
+# The record of an installation of the user's own stays what it was.
+[ ! -f "$build/install_manifest.txt" ] || cp "$build/install_manifest.txt" "$root/users"
+clean_up() {
+  if [ -f "$root/users" ]; then cp "$root/users" "$build/install_manifest.txt"; else rm -f "$build/install_manifest.txt"; fi
+  rm -rf "$root"
+}
+trap clean_up EXIT
 fail() { printf 'installation_test: %s\n' "$*" >&2; exit 1; }
 
 prefix=$root/prefix

@@ -122,7 +122,19 @@ class Pictures(unittest.TestCase):
         again = lg.open(scenes.desk(), settings=self.lum.settings)
         again.render(self.view)
         self.assertEqual(again.settings, self.lum.settings)
-        self.assertEqual({o["name"] for o in lg.setting_options()}, set(self.lum.settings))
+        # A time is no setting where each picture has its own.
+        self.assertEqual({o["name"] for o in lg.setting_options()}, set(self.lum.settings) | {"time-s"})
+
+    def test_a_film_has_its_own_times_after_a_round_trip(self):
+        lum = lg.open(scenes.lamp())
+        views = [lum.scene.view(0, width=64), lum.scene.view(20, width=64)]
+        lum.choose_measures(views)
+        self.assertTrue(lum.settings["time"])
+        again = lg.open(scenes.lamp(), settings=lum.settings)
+        for view in views:
+            np.testing.assert_array_equal(again.render(view).rgb, lum.render(view).rgb)
+        with self.assertRaisesRegex(lg.UsageError, "counts for all pictures"):
+            lum.render(views[0], settings={"time_s": 1})
 
     def test_numpys_blend_of_the_plan_is_the_picture(self):
         lum = lg.open(scenes.desk(), settings={"prefilter": "off", "exposure": "off"})
@@ -181,7 +193,11 @@ class Pictures(unittest.TestCase):
         z = low[2]
         floor = lg.Mesh([[low[0], low[1], z], [high[0], low[1], z], [high[0], high[1], z], [low[0], high[1], z]],
                         [[0, 1, 2], [0, 2, 3]])
-        points = lg.open(scenes.desk(), proxy=floor).plan(self.view).points
+        (scenes.scratch() / "bare").mkdir(exist_ok=True)
+        for part in "images", "sparse":
+            if not (scenes.scratch() / "bare" / part).exists():
+                os.symlink(scenes.desk() / part, scenes.scratch() / "bare" / part)
+        points = lg.open(scenes.scratch() / "bare", proxy=floor).plan(self.view).points  # no proxy of its own
         np.testing.assert_allclose(points[np.isfinite(points[..., 2])][:, 2], z, atol=1e-5)
 
     def test_evaluation_is_lumi_renders(self):
@@ -191,6 +207,54 @@ class Pictures(unittest.TestCase):
         theirs = json.loads(printed.stdout)
         for key in "psnr_mean_db", "psnr_seen_mean_db", "ssim_mean", "nearest_photo_psnr_mean_db":
             self.assertEqual(mine[key], theirs[key], key)
+
+    def test_depth_is_along_the_axis(self):
+        plan = self.lum.plan(self.view)
+        met = np.isfinite(plan.depth)
+        np.testing.assert_array_equal(met, np.isfinite(plan.points[..., 0]))
+        self.assertTrue(met[plan.alpha > 0].all())
+        j = self.lum.scene.names.index(self.name)
+        in_cam = plan.points[met] @ self.lum.scene.cam_from_world[j][:, :3].T + self.lum.scene.cam_from_world[j][:, 3]
+        np.testing.assert_allclose(in_cam[:, 2], plan.depth[met], rtol=1e-5)
+
+    def test_pictures_with_a_proxy_of_their_own(self):
+        lum = lg.open(scenes.desk(), proxy="per-view")
+        output = scenes.scratch() / "per-view"
+        scenes.run("lumi-render", scenes.desk(), "-o", output, "--view", self.name, "--leave-out", "--proxy", "per-view")
+        picture = lum.render(self.view, leave_out=[self.name])
+        self.assertEqual(self.of_module(picture), next(output.glob("*.png")).read_bytes())
+        plan = lum.plan(self.view, leave_out=[self.name])
+        self.assertNotIn(lum.scene.names.index(self.name), plan.photos)
+        np.testing.assert_allclose(plan.weights.sum(axis=2)[plan.alpha > 0], 1, atol=1e-5)
+        self.assertTrue(np.isfinite(plan.depth).any())
+        self.assertIsNone(lum.mesh)
+
+    def test_frames_of_a_steady_path_are_lumi_renders(self):
+        scene, path = scenes.shaky()
+        output = scenes.scratch() / "steady"
+        scenes.run("lumi-render", scene, "-o", output, "--path", path)
+        lum = lg.open(scene, along_matrices=True)
+        views = lum.scene.path(path)
+        lum.choose_measures(views)
+        frames = sorted((output / "frames").glob("*.png"))
+        self.assertEqual(len(frames), len(views))
+        for i in 0, len(views) // 2, len(views) - 1:
+            self.assertEqual(self.of_module(lum.render(views[i])), frames[i].read_bytes(), i)
+
+    def test_other_threads_run_meanwhile(self):
+        start, ran = threading.Event(), threading.Event()
+
+        def work():
+            start.wait()
+            ran.set()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        start.set()
+        lg.evaluate(scenes.desk(), holdout=2)
+        meanwhile = ran.is_set()
+        thread.join()
+        self.assertTrue(meanwhile)
 
     def test_threads_of_python_take_turns(self):
         expected = self.lum.render(self.view).rgb
@@ -249,8 +313,60 @@ class Failures(unittest.TestCase):
 
         with self.assertRaises(Enough):
             lg.evaluate(scenes.desk(), holdout=2, progress=stop)
+        # In the last report of all as well.
+        calls = []
+
+        def stop_at_the_end(*report):
+            calls.append(report)
+            if len(calls) == len(told):
+                raise Enough
+
+        told.clear()
+        lg.open_scene(scenes.desk(), progress=lambda *report: told.append(report))
+        if told:
+            with self.assertRaises(Enough):
+                lg.open_scene(scenes.desk(), progress=stop_at_the_end)
+        stopped = scenes.scratch() / "stopped"
         with self.assertRaises(Enough):
-            lg.run("lumi-render", scenes.desk(), "-o", scenes.scratch() / "stopped", seconds=30, progress=stop)
+            lg.run("lumi-render", scenes.desk(), "-o", stopped, seconds=30, progress=stop)
+        alive = [p for p in pathlib.Path("/proc").glob("[0-9]*/cmdline") if str(stopped) in self.words(p)]
+        self.assertFalse(alive)
+
+    @staticmethod
+    def words(cmdline):
+        try:
+            return cmdline.read_bytes().decode(errors="replace")
+        except OSError:
+            return ""
+
+    def test_names_may_be_any_bytes(self):
+        odd = scenes.scratch() / "odd"
+        (odd / "images").mkdir(parents=True)
+        name = os.fsdecode(b"caf\xe9 1.jpg")
+        scene = lg.open_scene(scenes.desk())
+        cameras = []
+        for j in range(4):
+            os.symlink(scene.photo_file(j), odd / "images" / (name if j == 0 else f"{j}.jpg"))
+            R, t = scene.cam_from_world[j][:, :3], scene.cam_from_world[j][:, 3]
+            cameras.append((name if j == 0 else f"{j}.jpg", R, t, scene.K[j]))
+        sparse = odd / "sparse"
+        sparse.mkdir()
+        width, height = scene.size_px[0]
+        K = cameras[0][3]
+        (sparse / "cameras.txt").write_text(f"1 PINHOLE {width} {height} {K[0, 0]} {K[1, 1]} {K[0, 2]} {K[1, 2]}\n")
+        (sparse / "points3D.txt").write_text("1 0 0 0 9 9 9 0.5\n")
+        lines = []
+        for i, (photo, R, t, _) in enumerate(cameras, 1):
+            w = np.sqrt(max(0, 1 + np.trace(R))) / 2
+            x, y, z = (R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]) / (4 * w)
+            lines.append(f"{i} {w} {x} {y} {z} {t[0]} {t[1]} {t[2]} 1 {photo}\n\n")
+        (sparse / "images.txt").write_bytes(os.fsencode("".join(lines)))
+        opened = lg.open_scene(odd)
+        self.assertIn(name, opened.names)
+        self.assertEqual(opened.read_photo(name).shape[2], 3)
+        self.assertEqual(opened.view(name).size_px, (width, height))
+        with self.assertRaisesRegex(lg.UsageError, "no photo"):
+            opened.view(name + "x")
 
     def test_options_as_on_a_line(self):
         self.assertEqual(lg.options(faces=500, keep_hull=True, name=None, holes=False, merge=["a", "b"]),

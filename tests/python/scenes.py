@@ -37,3 +37,13 @@ def lamp():
     scene = scratch() / "lamp"
     run("lumi-simulate", "--example", "lamp", "--views", "40", "--width", "96", "-o", scene)
     return scene
+
+
+@functools.lru_cache(None)
+def shaky():
+    """A film's frames as a metric scene with times, and a steady path of projection matrices for it."""
+    scene = scratch() / "shaky"
+    run("lumi-simulate", "--example", "hallway", "--video", "--views", "36", "--width", "96", "--shake", "1.5", "-o", scene)
+    path = scratch() / "steady.json"
+    run("lumi-stabilize", scene, "-o", path, "--model", "smooth")
+    return scene, path

@@ -171,5 +171,24 @@ TEST_F(ViewerWindow, TwoMarksAndTheirDistanceGiveTheSceneAScale) {
   EXPECT_NE(refused.messages.find("two marks are needed"), std::string::npos) << refused.messages;
 }
 
+TEST_F(ViewerWindow, ASceneThatIsDroppedOnTheWindowIsOpened) {
+  const fs::path other = folder_ / "other", shot = folder_ / "other.png";
+  fs::create_directories(other);
+  fs::copy(folder_ / "images", other / "images");
+  Scene scene = world_.scene;
+  scene.folder = other;
+  scene.image_folder = other / "images";
+  scene.active_proxy = "floor";
+  WriteScene(scene, other);
+  WriteMesh(ProxyPath(other, "floor"), LoadProxy(world_.scene, "floor"));
+  const Result r = RunViewer({"--no-ui", "--proxy", "true", "--width", "200", "--height", "150", "--script",
+                              "wait; drop " + other.string() + "; wait; screenshot " + shot.string()});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_EQ(r.json["proxy"], "floor");
+  EXPECT_TRUE(fs::exists(shot));
+  EXPECT_EQ(RunViewer({"--script", "drop " + (folder_ / "images").string()}).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace lumi
