@@ -63,8 +63,12 @@ foreach(component_package IN ITEMS programs/lumigraph development/liblumigraph-d
   string(REPLACE "/" ";" pair ${component_package})
   list(GET pair 0 component)
   list(GET pair 1 package)
+  set(of_packages_alone EXCLUDE_FROM_ALL)
+  if(component STREQUAL programs)
+    set(of_packages_alone "")
+  endif()
   install(FILES ${CMAKE_SOURCE_DIR}/packaging/debian/copyright ${CMAKE_BINARY_DIR}/debian/changelog.gz
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component} ${of_packages_alone})
 endforeach()
 if(TARGET lumi-view)
   install(FILES ${CMAKE_SOURCE_DIR}/packaging/desktop/lumi-view.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT programs)

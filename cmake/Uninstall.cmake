@@ -18,7 +18,7 @@ foreach(manifest IN LISTS manifests)
       list(APPEND left "${file}")
     endif()
     get_filename_component(folder "${file}" DIRECTORY)
-    while(folder MATCHES "/[Ll]umigraph(/|$)")  # only folders of ours
+    while(folder MATCHES "/[^/]*[Ll]umigraph[^/]*(/|$)")  # only folders of ours
       list(APPEND folders "$ENV{DESTDIR}${folder}")
       get_filename_component(folder "${folder}" DIRECTORY)
     endwhile()
