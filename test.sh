@@ -2,7 +2,8 @@
 # Installs and builds what the tests need, and runs them.
 #
 #   ./test.sh             the fast tier
-#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed
+#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed;
+#                         the Debian packages on a bare root; the site of docs/
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
 #   ./test.sh --tsan      viewer, loaders and threads of our own, with checks for data races
 #   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
@@ -16,7 +17,7 @@ select=(-LE slow) targets=(all)
 more=() passed=() on='' as_user=() everything=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
     --all) select=() everything=yes passed+=(--all) ;;
     --on)
       [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
@@ -63,6 +64,15 @@ if [ -n "$everything" ] && [ $status -eq 0 ] && [ ${#more[@]} -eq 0 ]; then
     say "skipped: fuzzing the readers (clang with its libFuzzer is not installed; ./fuzz.sh installs it)"
   fi
   rm -f build/can-fuzz
+fi
+# What is handed out: the Debian packages on a bare root, and the site of the documentation.
+if [ -n "$everything" ] && [ $status -eq 0 ] && [ ${#more[@]} -eq 0 ]; then
+  if [ "$(id -u)" -eq 0 ] && unshare --mount true 2>/dev/null; then
+    scripts/package.sh --check || status=$?
+  else
+    say "skipped: Debian packages on a bare root (no root, or no mounts here)"
+  fi
+  scripts/site.sh || status=$?
 fi
 # ctest counts executables: what one skipped beside tests that ran is said here.
 grep -h '^skipped: ' "build/$preset/Testing/Temporary/LastTest.log" >&2 || true

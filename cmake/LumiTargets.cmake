@@ -11,8 +11,8 @@ target_compile_options(lumi_warnings INTERFACE
 # The Python module links the libraries, so that their code must run wherever it is loaded. A function that is seen from
 # outside is still inlined: nobody puts another one in its place.
 if(LUMI_PYTHON)
-  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-  target_compile_options(lumi_warnings INTERFACE -fno-semantic-interposition)
+  # By hand: CMake's own property gives programs -fPIE, which cannot share precompiled headers with libraries.
+  add_compile_options(-fPIC -fno-semantic-interposition)
 endif()
 
 # Third-party headers are SYSTEM: their warnings are not ours to mend.

@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
           "0 = a weight at every pixel")
       .Default();
   app.Flag("--print-commands", print_commands,
-           "At the end print the command of each stage: to run by hand, or with one of them exchanged");
+           "Runs, then prints the command of each stage: to run by hand, or with one of them exchanged");
   app.Group("Accuracy against time");
   app.Add(
       "--minutes", options.minutes,

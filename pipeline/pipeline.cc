@@ -201,7 +201,8 @@ class Run {
       seconds += s;
     }
     // Of a video nobody knows yet how many frames become photos; of a scene that is there most is done.
-    if (photos > 0 && !options_.minutes) {
+    std::error_code error;
+    if (photos > 0 && !options_.minutes && !fs::exists(summary_.scene / "report.html", error)) {
       const auto most = std::ranges::max_element(stages, {}, &std::pair<std::string, double>::second);
       text += fmt::format(
           "; {} photos: {} where nothing is there yet", photos,

@@ -96,10 +96,8 @@ std::string Describe(const PipelineSummary& summary) {
     text +=
         fmt::format("{:<12} {:8.1f} s{}\n", s.name, s.seconds, s.reused ? "  (nothing had changed)" : "") + LineOf(s);
   if (summary.colmap_seconds > 0)
-    text += fmt::format(
-        "Everything around COLMAP (preparation, proxy, report) took {:.1f} s, {:.1f} % of COLMAP's {:.1f} s.\n",
-        summary.around_colmap_seconds, 100 * summary.around_colmap_seconds / summary.colmap_seconds,
-        summary.colmap_seconds);
+    text += fmt::format("COLMAP took {:.1f} s, everything around it (preparation, proxy, report) {:.1f} s.\n",
+                        summary.colmap_seconds, summary.around_colmap_seconds);
   if (summary.minutes)
     text += fmt::format("minutes: {:.1f} of {:g}, quality {}{}\n", summary.minutes->took, summary.minutes->asked,
                         summary.minutes->quality, summary.minutes->met ? "" : ": not kept");

@@ -318,7 +318,11 @@ void ListKeys(JsonKeys& j, InfoSummary& s) {
 }
 std::string Describe(const InfoSummary& s) {
   std::string out = fmt::format("{} views, {} points, {} of them reliable\n", s.views, s.points, s.reliable_points);
-  if (s.proxies.empty()) return out + "no proxy yet: lumi-proxy auto makes one";
+  if (s.proxies.empty())
+    return out +
+           "no proxy yet: lumi-proxy auto makes one in a scene of ours; lumi-pipeline WORKSPACE -o SCENE makes a scene "
+           "of "
+           "another tool's workspace";
   if (s.one) {
     const ProxyInfo& p = s.proxies.front();
     const MeshFit& f = p.fit;

@@ -18,6 +18,7 @@ struct Line {
   MethodsOptions methods;
   TableOptions table;
   std::filesystem::path settings_file;
+  std::vector<std::string> pixels;
   bool ablation = false, properties = false, time_windows = false;
 };
 
@@ -79,10 +80,10 @@ void AddRendering(Options app, Line& line) {
           "cameras");
   app.Add("--view", o.view, "Render at this photo's own camera: its name, or else its position from 0");
   app.Flag("--leave-out", o.leave_out, "With --view: without that photo");
-  app.Call(
-      "--pixel", [&o](const std::string& text) { o.pixels.push_back(PixelFrom(text)); },
-      "With --view: X,Y, pixels from the upper left corner; also tells which photos it is blended from, and their "
-      "weights");
+  app.Add("--pixel", line.pixels,
+          "With --view: X,Y, pixels from the upper left corner; also tells which photos it is blended from, and their "
+          "weights; may be given again")
+      .OneEach();
   app.Call(
       "--holdout", [&o](const std::string& text) { o.holdout = HoldoutFrom(text); },
       "N >= 2: render photos 0, N, 2N ... from the others and compare; each: every photo in turn, from all others; "
@@ -248,6 +249,7 @@ int main(int argc, char** argv) {
   const SettingsLine settings(program.options());
   const auto read = [&] {
     RenderOptions& o = line.render;
+    for (const std::string& pixel : line.pixels) o.pixels.push_back(PixelFrom(pixel));
     for (const std::string& name : program.options().GivenOf("Options"))
       o.decided.Add(std::string_view(name).substr(name.find_first_not_of('-')));
     ApplySettings(line.settings_file, settings, o);

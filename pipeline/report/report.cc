@@ -184,10 +184,9 @@ std::string TimeHtml(const ReportInput& input) {
   rows.push_back({"together", "", fmt::format("{:.1f}", total)});
   std::string html = HtmlTable({{"stage"}, {""}, {"seconds", true}}, rows, true);
   if (input.colmap_seconds > 0)
-    html += fmt::format(
-        "<p class=\"soft\">COLMAP itself took {:.1f} s; preparation and proxy around it {:.1f} s, {:.1f} % of "
-        "that.</p>\n",
-        input.colmap_seconds, input.around_colmap_seconds, 100 * input.around_colmap_seconds / input.colmap_seconds);
+    html +=
+        fmt::format("<p class=\"soft\">COLMAP itself took {:.1f} s; preparation and proxy around it {:.1f} s.</p>\n",
+                    input.colmap_seconds, input.around_colmap_seconds);
   return html;
 }
 
@@ -211,8 +210,11 @@ StageRecords ReadRecords(const fs::path& scene_folder) {
   return all;
 }
 
-std::string OptionsHtml(const StageRecords& records) {
-  std::string html;
+std::string OptionsHtml(const ReportInput& input, const StageRecords& records) {
+  std::string html, commands;
+  for (const StageResult& s : input.stages)
+    if (!s.command.empty()) commands += EscapeHtml(s.command) + "\n";
+  if (!commands.empty()) html += "<p>The stages' own commands:</p><pre>" + commands + "</pre>\n";
   for (const auto& [stage, record] : records) {
     std::vector<std::vector<std::string>> rows{{"version", EscapeHtml(record.version)}};
     for (const auto& [key, value] : record.options) rows.push_back({EscapeHtml(key), EscapeHtml(value)});
@@ -396,7 +398,7 @@ ReportFiles WriteReport(const ReportInput& input, ProgressSink& progress) {
   body += HtmlSection("Held-out photos", HoldoutHtml(holdout));
   body += HtmlSection("Time", TimeHtml(input));
   body += HtmlSection("Accuracy against time", FrontsHtml(input, scene.active_proxy));
-  body += HtmlSection("Options and versions", OptionsHtml(records));
+  body += HtmlSection("Options and versions", OptionsHtml(input, records));
 
   JsonKeys report, provenance;
   std::vector<ReportedStage> stages;

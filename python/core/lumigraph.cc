@@ -23,7 +23,7 @@ namespace lumi {
 namespace {
 
 namespace fs = std::filesystem;
-using Names = std::vector<PhotoName>;
+using Names = PhotoNames;
 
 // A dictionary of JSON text.
 py::object FromJson(const std::string& text) { return py::module_::import("json").attr("loads")(text); }
@@ -242,6 +242,11 @@ void BindReading(py::class_<OpenedLumigraph, std::shared_ptr<OpenedLumigraph>>& 
             return list;
           },
           "Which measures count and why, as lumi-render's summary has it; empty before the first picture.")
+      .def("__repr__",
+           [](const OpenedLumigraph& o) {
+             return "Lumigraph(" + std::to_string(o.lumigraph().scene().views.size()) + " photos, proxy " +
+                    o.lumigraph().proxy_name() + ")";
+           })
       .def("device", &OpenedLumigraph::Device, py::arg("backend") = "cpu", py::call_guard<py::gil_scoped_release>(),
            "What renders: processor and registers, or OpenGL's name of the device.")
       .def(

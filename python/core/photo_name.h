@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <string>
 #include <vector>
@@ -11,9 +12,13 @@ namespace lumi {
 struct PhotoName {
   std::string text;
 };
-inline std::vector<std::string> TextsOf(const std::vector<PhotoName>& names) {
+// Several, or one alone.
+struct PhotoNames {
+  std::vector<PhotoName> names;
+};
+inline std::vector<std::string> TextsOf(const PhotoNames& several) {
   std::vector<std::string> texts;
-  for (const PhotoName& n : names) texts.push_back(n.text);
+  for (const PhotoName& n : several.names) texts.push_back(n.text);
   return texts;
 }
 // As Python has names of files: bytes that are no UTF-8 are kept as surrogates.
@@ -45,6 +50,25 @@ struct type_caster<lumi::PhotoName> {
   }
   static handle cast(const lumi::PhotoName& name, return_value_policy, handle) {
     return lumi::ToPython(name.text).release();
+  }
+};
+
+template <>
+struct type_caster<lumi::PhotoNames> {
+  PYBIND11_TYPE_CASTER(lumi::PhotoNames, const_name("Union[str, int, Sequence[Union[str, int]]]"));
+  bool load(handle from, bool convert) {
+    type_caster<lumi::PhotoName> one;
+    if (one.load(from, convert)) {
+      value.names = {static_cast<lumi::PhotoName&>(one)};
+      return true;
+    }
+    type_caster<std::vector<lumi::PhotoName>> several;
+    if (!several.load(from, convert)) return false;
+    value.names = static_cast<std::vector<lumi::PhotoName>&>(several);
+    return true;
+  }
+  static handle cast(const lumi::PhotoNames& several, return_value_policy policy, handle parent) {
+    return type_caster<std::vector<lumi::PhotoName>>::cast(several.names, policy, parent);
   }
 };
 

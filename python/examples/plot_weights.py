@@ -53,6 +53,7 @@ def main():
         svg += curves(dense, GAP + i * (HEIGHT + GAP), title)
     with open(o.output, "w", encoding="utf-8") as file:
         file.write("\n".join(svg + ["</svg>\n"]))
+    print(o.output)
 
 
 if __name__ == "__main__":

@@ -145,6 +145,8 @@ static std::string DescribePixels(const ViewFigures& v) {
   for (const AskedPixel& p : v.pixels) {
     text += fmt::format("\npixel {:g},{:g}: ", p.x_px.x(), p.x_px.y());
     if (!(p.alpha > 0)) text += "a hole: no photo in use sees it";
+    if (p.point.size() == 3 && p.alpha > 0)
+      text += fmt::format("at {:.4g} {:.4g} {:.4g}, of ", p.point[0], p.point[1], p.point[2]);
     for (std::size_t i = 0; i < p.photos.size(); ++i)
       text += fmt::format("{}{} {:.3f}", i > 0 ? ", " : "", p.photos[i].photo, p.photos[i].weight);
   }

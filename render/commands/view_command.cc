@@ -1,4 +1,6 @@
 // lumi-render --view: a photo's own camera.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,6 +12,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
+#include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -48,6 +51,11 @@ void TellPhotos(const RenderJob& job, const RenderRequest& request, const std::f
   const bool false_color = job.options.show == "false-color";
   if (!false_color && job.options.pixels.empty()) return;
   const Scene& scene = job.scene();
+  const Eigen::Vector2i& size = request.view.size_px;
+  for (const Eigen::Vector2d& x : job.options.pixels)
+    if (!(x.x() >= 0 && x.x() <= size.x() && x.y() >= 0 && x.y() <= size.y()))
+      throw UsageError(
+          fmt::format("--pixel {:g},{:g} lies outside the picture of {}x{} pixels", x.x(), x.y(), size.x(), size.y()));
   const ViewWeights weights(job.lumigraph, request.view, request.use, request.settings);
   if (false_color) {
     figures.legend = LegendOf(scene, weights);
@@ -98,7 +106,9 @@ void RenderOneView(RenderJob& job) {
     figures.mean_absolute_difference = d.mean_absolute;
     figures.mean_absolute_difference_seen = SeenDifference(image, photo);
   }
-  const std::filesystem::path stem = o.output / OutputName(job.scene().views, view.name);
+  // Pictures of other kinds stand beside the colours.
+  const std::filesystem::path stem =
+      o.output / (OutputName(job.scene().views, view.name) + (o.show == "color" ? "" : "_" + o.show));
   TellPhotos(job, request, stem, figures);
   if (o.show == "cameras" || o.show == "difference")
     WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),

@@ -46,7 +46,7 @@ std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewWeights& weights
 }
 
 std::string LegendSvg(const std::vector<LegendEntry>& legend) {
-  const int height = kRow * static_cast<int>(legend.size()) + 8;
+  const int height = kRow * static_cast<int>(legend.size() + 1) + 8;
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
       "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n",
@@ -59,7 +59,10 @@ std::string LegendSvg(const std::vector<LegendEntry>& legend) {
         y + 3, kPatch, kPatch, legend[i].color, y + kPatch, ForXml(legend[i].photo), kWidth - 8, y + kPatch,
         100 * legend[i].share);
   }
-  return svg + "</svg>\n";
+  return svg + fmt::format(
+                   "<text x=\"6\" y=\"{}\" fill=\"#666\">Colours mix as the photos do; --k 1: one photo a "
+                   "pixel.</text>\n</svg>\n",
+                   4 + kRow * static_cast<int>(legend.size()) + kPatch);
 }
 
 }  // namespace lumi

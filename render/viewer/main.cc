@@ -39,6 +39,8 @@ int main(int argc, char** argv) {
       "lumi-view colmap-workspace --proxy mesh.ply     over a mesh made elsewhere\n"
       "lumi-view scene --budget-ms 33                  as good as 33 ms a frame allow");
   program.RunAndExit(argc, argv, [&] {
+    for (const std::string& name : program.options().GivenOf("Options"))
+      o.decided.Add(std::string_view(name).substr(name.find_first_not_of('-')));
     settings.Apply(o.settings, o.decided);
     return lumi::Answer(lumi::RunViewer(o, program.progress()), "");
   });

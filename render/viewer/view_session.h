@@ -27,6 +27,7 @@ class ViewSession {
 
   // Until the window is closed, or the script ends.
   JsonKeys Run();
+  bool panel_shown() const { return panel(); }
   // A message that stands at the start.
   void Greet(const std::string& text) { Say(text, 20); }
   // A scene that was dropped on the window, which ended Run; empty: none. What is left of the script is for it.

@@ -7,6 +7,7 @@
 #include <future>
 
 #include "render/viewer/playback.h"
+#include "render/viewer/remembered.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -53,6 +54,9 @@ Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& sc
       session = std::make_unique<Viewer>(options, window, *opened, progress, script);
     if (!message.empty()) session->Greet(message);
     JsonKeys summary = session->Run().Say("seconds_to_open", opened_s);
+    if (script.empty())
+      Keep({window.Size().x(), window.Size().y(), options.show_ui ? session->panel_shown() : options.panel},
+           RememberedFile());
     return {std::move(summary), session->dropped(), session->script_left()};
   } catch (const Interrupted&) {
     if (InterruptRequested()) throw;
@@ -84,6 +88,15 @@ JsonKeys RunViewer(const ViewerOptions& options, ProgressSink& progress) {
   }
   if (!std::filesystem::exists(options.scene)) throw UsageError("there is no scene at " + options.scene.string());
   ViewerOptions seen = options;
+  // A script sees the same wherever it runs.
+  if (script.empty()) {
+    const Remembered last = Remember(RememberedFile());
+    if (!seen.decided.Has("width") && !seen.decided.Has("height")) {
+      seen.width_px = last.width_px;
+      seen.height_px = last.height_px;
+    }
+    seen.panel = last.panel;
+  }
   Viewed viewed = ViewScene(seen, script, progress);
   // A script that ends with a drop has nothing to see in the scene that it dropped.
   while (!viewed.next.empty() && (script.empty() || !viewed.script.empty())) {

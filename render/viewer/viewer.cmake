@@ -9,6 +9,7 @@ lumi_library(lumi_view_core COLD
     ${CMAKE_CURRENT_LIST_DIR}/photo_loader.cc
     ${CMAKE_CURRENT_LIST_DIR}/recorder.cc
     ${CMAKE_CURRENT_LIST_DIR}/refiner.cc
+    ${CMAKE_CURRENT_LIST_DIR}/remembered.cc
     ${CMAKE_CURRENT_LIST_DIR}/script.cc
     ${CMAKE_CURRENT_LIST_DIR}/seen.cc
     ${CMAKE_CURRENT_LIST_DIR}/setting_rules.cc

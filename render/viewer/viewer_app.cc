@@ -54,7 +54,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   if (options.effects == "auto") ApplyEffects(effects_, decided_, s);
   // A moment that the user names switches the time measure on.
   if (!times.empty() && options.effects == "auto" && (options.phase || decided_.Has("time-s"))) s.time = true;
-  settings_.panel = options.show_ui;
+  settings_.panel = options.show_ui && options.panel;
   settings_.budget_ms = options.budget_ms;
   settings_.refine = options.refine;
   arriving_.loader->SetFocus(steering_.home.cam_from_world);

@@ -199,6 +199,12 @@ Eigen::Vector2i Window::FramebufferSize() const {
   return size;
 }
 
+Eigen::Vector2i Window::Size() const {
+  Eigen::Vector2i size;
+  glfwGetWindowSize(window_, &size.x(), &size.y());
+  return size;
+}
+
 float Window::ContentScale() const {
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);

@@ -41,6 +41,7 @@ class Window {
   WindowInput Take();
   bool Dragging() const;  // a button is held in the picture
   Eigen::Vector2i FramebufferSize() const;
+  Eigen::Vector2i Size() const;  // as the constructor takes it
   float ContentScale() const;
 
   void BeginUi();       // starts a frame of Dear ImGui

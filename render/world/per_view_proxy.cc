@@ -25,7 +25,8 @@ PerViewProxy::PerViewProxy(const Scene& scene, const PerViewOptions& options)
   }
   if (points_.empty())
     throw DataError("the scene has no reliable points to triangulate in each view",
-                    "use a proxy: lumi-proxy plane makes one without points", scene.folder);
+                    "use a proxy, which needs none: lumi-proxy plane SCENE, or lumi-proxy plane WORKSPACE -o plane.ply",
+                    scene.folder);
 }
 
 std::vector<Eigen::Vector4d> PerViewProxy::PointsOf(std::pair<int, int> ranks) const {

@@ -89,6 +89,13 @@ CommandLineProblem UnknownWord(const CLI::App& app, const std::string& word, boo
   CommandLineProblem problem;
   problem.message = command_missing ? fmt::format("\"{}\" is no command of {}", word, app.get_name())
                                     : fmt::format("\"{}\" is one argument too many", word);
+  // What was taken for an input may have been meant for a command.
+  if (!command_missing)
+    for (const CLI::Option* o : app.get_options())
+      if (o->get_positional() && o->count() > 0)
+        for (const std::string& taken : o->results())
+          if (const std::string command = Nearest(taken, commands); !command.empty() && problem.hint.empty())
+            problem.hint = fmt::format("did you mean the command {} by {}?", command, taken);
   if (command_missing)
     problem.hint =
         meant.empty() ? fmt::format("one of {}", fmt::join(commands, ", ")) : fmt::format("did you mean {}?", meant);

@@ -17,10 +17,18 @@ class CommonFirst final : public CLI::Formatter {
   std::map<const CLI::App*, std::vector<std::string>> common_;
 };
 
+// "--no-video{false}" is CLI11's own way of saying what a flag does.
+std::string WithoutBraces(std::string text) {
+  constexpr std::string_view kFalse = "{false}";
+  for (std::size_t at = 0; (at = text.find(kFalse, at)) != std::string::npos;)
+    text.replace(at, kFalse.size(), kFalse.size(), ' ');
+  return text;
+}
+
 std::string CommonFirst::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const {
   const auto common = common_.find(app);
   if (mode != CLI::AppFormatMode::Normal || common == common_.end())
-    return CLI::Formatter::make_help(app, std::move(name), mode);
+    return WithoutBraces(CLI::Formatter::make_help(app, std::move(name), mode));
   std::vector<const CLI::Option*> shown;
   for (const std::string& option : common->second) {
     const CLI::Option* known = app->get_option_no_throw(option);
@@ -35,7 +43,7 @@ std::string CommonFirst::make_help(const CLI::App* app, std::string name, CLI::A
   std::string text = make_description(app) + make_usage(app, name) + make_positionals(app);
   text += make_group("Options that most people use", false, shown);
   text += "\n" + std::to_string(others) + " more: " + name + " --help-all\n";
-  return text + make_subcommands(app, mode) + make_footer(app);
+  return WithoutBraces(text + make_subcommands(app, mode) + make_footer(app));
 }
 
 }  // namespace

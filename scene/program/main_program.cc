@@ -40,7 +40,9 @@ int Report(const std::string& name, bool json, ExitCode code, const std::string&
   // One line, whatever a file is called.
   const std::string message = Printable(said), file = Printable(about), hint = Printable(try_this);
   std::string line = name + ": ";
-  if (!file.empty() && message.find(file) == std::string::npos) line += file + ": ";
+  // A name without a folder or an ending may be a word of the message by chance.
+  const bool said_already = file.find_first_of("/.") != std::string::npos && message.find(file) != std::string::npos;
+  if (!file.empty() && !said_already) line += file + ": ";
   line += message;
   if (!hint.empty()) line += " (" + hint + ")";
   // Without fmt::print, which throws where nobody reads any more.

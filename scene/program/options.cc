@@ -46,7 +46,17 @@ Option& Option::Default() { return option_->capture_default_str(), *this; }
 Option& Option::Default(const std::string& text) { return option_->default_str(text), *this; }
 Option& Option::Range(int least, int most) { return option_->check(CLI::Range(least, most)), *this; }
 Option& Option::Range(double least, double most) { return option_->check(CLI::Range(least, most)), *this; }
-Option& Option::Positive() { return option_->check(CLI::PositiveNumber), *this; }
+Option& Option::Positive() {
+  option_->check(CLI::Validator(
+      [](const std::string& given) -> std::string {
+        char* end = nullptr;
+        const double value = std::strtod(given.c_str(), &end);
+        if (end == given.c_str() || *end != '\0' || value > 0) return {};  // what is no number is told elsewhere
+        return "takes a number above 0, not " + given;
+      },
+      "POSITIVE"));
+  return *this;
+}
 Option& Option::OneOf(const std::vector<std::string>& words) { return TakeOneOf(*option_, words), *this; }
 Option& Option::Values(int count) { return option_->expected(count), *this; }
 Option& Option::Commas() { return option_->delimiter(','), *this; }

@@ -28,7 +28,7 @@ if grep -l "$build" "$prefix"/bin/lumi-*; then fail "the build's folder is named
 
 # A program of somebody else's.
 [ -n "$(find "$prefix" -name LumigraphConfig.cmake)" ] || fail "there is no LumigraphConfig.cmake"
-cmake -S "$here/consumer" -B consumer -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Debug >"$root/log" 2>&1 ||
+cmake -G Ninja -S "$here/consumer" -B consumer -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Debug >"$root/log" 2>&1 ||
   fail "find_package(Lumigraph): $(tail -n 20 "$root/log")"
 cmake --build consumer >"$root/log" 2>&1 || fail "over the libraries: $(tail -n 20 "$root/log")"
 said=$(PATH="$prefix/bin:$PATH" consumer/photos capture)

@@ -7,8 +7,11 @@
 
 #include "render/radiance/setting_options.h"
 #include "render/viewer/motion_budget.h"
+#include "render/viewer/remembered.h"
 #include "render/viewer/script.h"
 #include "render/viewer/setting_rules.h"
+#include "scene/files/atomic_file.h"
+#include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 
 namespace lumi {
@@ -187,6 +190,31 @@ TEST_F(Budget, WhatTheBackendRefusesIsPassedOver) {
   none.Begin(40, "/nonexistent", nowhere_, {});
   while (none.ToProbe() != nullptr) none.Probed(std::nullopt);
   EXPECT_EQ(none.Next(0, true, {}), RadianceSettings{});
+}
+
+TEST(Remembered, ComesBackAsItWasKept) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "new" / "view.json";
+  EXPECT_EQ(Remember(file).width_px, Remembered().width_px);
+  Keep({900, 700, false}, file);
+  const Remembered again = Remember(file);
+  EXPECT_EQ(again.width_px, 900);
+  EXPECT_EQ(again.height_px, 700);
+  EXPECT_FALSE(again.panel);
+}
+
+TEST(Remembered, WhatCannotBeUsedIsAsByDefault) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "view.json";
+  for (const char* text :
+       {"", "{", "[]", "{\"width\": 3, \"height\": 700}", "{\"width\": 1e9}", "{\"width\": \"x\"}"}) {
+    WriteTextAtomically(file, text);
+    EXPECT_EQ(Remember(file).width_px, Remembered().width_px) << text;
+    EXPECT_TRUE(Remember(file).panel) << text;
+  }
+  EXPECT_EQ(Remember({}).height_px, Remembered().height_px);
+  Keep({}, folder.path() / "view.json" / "below a file");  // nobody's loss
+  Keep({}, {});
 }
 
 }  // namespace
