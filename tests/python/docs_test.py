@@ -67,6 +67,19 @@ class Links(unittest.TestCase):
         self.assertLessEqual(len((scenes.SOURCE / "README.md").read_text().splitlines()), 120)
 
 
+class Pictures(unittest.TestCase):
+    def test_they_are_small_and_tell_nothing_of_a_machine(self):
+        pictures = list((scenes.SOURCE / "docs").rglob("*.jpg"))
+        self.assertGreater(len(pictures), 5)
+        for picture in pictures:
+            data = picture.read_bytes()
+            for word in b"oiiotool", b"Exif\0", b"/build/":
+                self.assertFalse(word in data, f"{picture.name} holds {word.decode()}")
+        gallery = [p.stat().st_size for p in pictures if p.parent.name == "gallery"]
+        self.assertLessEqual(max(gallery), 100_000)
+        self.assertLessEqual(sum(gallery), 2_000_000)
+
+
 class Commands(unittest.TestCase):
     @functools.lru_cache(None)
     def help_of(self, *words):
