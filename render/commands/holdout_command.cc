@@ -88,6 +88,7 @@ void RemoveOthers(const std::filesystem::path& folder, const std::vector<Holdout
 
 // A proxy that lumi-proxy made of all photos, whose shape follows them, has seen those that it is judged by.
 void WarnOfProxyThatSaw(const RenderJob& job, const std::string& proxy) {
+  if (IsMeshFile(proxy)) return;  // nobody knows what a file was made of
   const auto record = ReadProvenance(job.scene().folder, "proxy-" + proxy);
   const auto kind = record ? record->options.find("kind") : std::map<std::string, std::string>::const_iterator();
   if (!record || kind == record->options.end() || record->options.contains("leave_out")) return;
