@@ -204,10 +204,10 @@ class Run {
     std::error_code error;
     if (photos > 0 && !options_.minutes && !fs::exists(summary_.scene / "report.html", error)) {
       const auto most = std::ranges::max_element(stages, {}, &std::pair<std::string, double>::second);
-      text += fmt::format(
-          "; {} photos: {} where nothing is there yet", photos,
-          seconds > 60 ? fmt::format("about {:.0f} minutes, most of them {},", std::ceil(seconds / 60), most->first)
-                       : std::string("about a minute"));
+      text += fmt::format("; {} photos: {} where nothing is there yet", photos,
+                          seconds > 60 ? fmt::format("up to about {:.0f} minutes, most of them {},",
+                                                     std::ceil(seconds / 60), most->first)
+                                       : std::string("about a minute"));
     }
     progress_.Message(fmt::format("{} stages: {}", stages.size(), text));
   }
