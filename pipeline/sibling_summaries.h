@@ -186,7 +186,8 @@ inline void ListKeys(JsonKeys& j, ScoredVideo& v) {
 }
 struct ScoreSummary {
   std::vector<ScoredVideo> videos;
+  std::string remark;  // on a figure that surprises; empty: none does
 };
-inline void ListKeys(JsonKeys& j, ScoreSummary& s) { j("videos", s.videos); }
+inline void ListKeys(JsonKeys& j, ScoreSummary& s) { j("videos", s.videos).IfAny("remark", s.remark); }
 
 }  // namespace lumi::sibling

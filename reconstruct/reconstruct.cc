@@ -231,7 +231,8 @@ void RequireTwoPhotos(const Capture& photos, const ReconstructOptions& options) 
     const bool unreadable = first.reason.starts_with("unreadable");
     throw DataError(fmt::format("none of the {} photos can be {} ({}: {})", photos.total(),
                                 unreadable ? "read" : "used", first.name, first.reason),
-                    unreadable ? "give pictures that are whole: JPEG, PNG, TIFF, HEIC or RAW" : first.hint, options.input);
+                    unreadable ? "give pictures that are whole: JPEG, PNG, TIFF, HEIC or RAW" : first.hint,
+                    options.input);
   }
   throw DataError("only one photo can be used; a scene needs two or more",
                   "take photos of the same thing from several places", options.input);

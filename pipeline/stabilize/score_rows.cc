@@ -17,15 +17,4 @@ std::vector<ScoreRow> ScoreRows(const sibling::ScoreSummary& score) {
   return rows;
 }
 
-std::string StabilityRemark(const sibling::ScoreSummary& score) {
-  for (const sibling::ScoredVideo& v : score.videos) {
-    const sibling::ScoredVideo& input = score.videos.front();
-    if (v.stability && input.stability && v.jitter_px && input.jitter_px && *v.stability < *input.stability &&
-        *v.jitter_px < *input.jitter_px)
-      return "Stability is the share that slow frequencies have in a path's motion: where hardly any motion is left, "
-             "what is left counts more, and less shake may score less. Jitter is the shake itself.";
-  }
-  return {};
-}
-
 }  // namespace lumi

@@ -16,8 +16,5 @@ struct ScoreRow {
 };
 
 std::vector<ScoreRow> ScoreRows(const sibling::ScoreSummary& score);
-// What explains a result (all videos but the first) with less stability than the input and less jitter; empty where
-// there is none.
-std::string StabilityRemark(const sibling::ScoreSummary& score);
 
 }  // namespace lumi

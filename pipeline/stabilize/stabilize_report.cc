@@ -45,15 +45,14 @@ fs::path WriteStabilizeReport(const fs::path& folder, const StabilizeVideoOption
     rows.clear();
     for (const ScoreRow& r : scored)
       rows.push_back({EscapeHtml(r.video), r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area});
-    body +=
-        HtmlSection("Score", HtmlTable({{"video", false},
-                                        {"cropping ratio", true},
-                                        {"distortion", true},
-                                        {"stability", true},
-                                        {"jitter, px", true},
-                                        {"kept area", true}},
-                                       rows) +
-                                 "<p>" + EscapeHtml(StabilityRemark(s.score->As<sibling::ScoreSummary>())) + "</p>");
+    body += HtmlSection("Score", HtmlTable({{"video", false},
+                                            {"cropping ratio", true},
+                                            {"distortion", true},
+                                            {"stability", true},
+                                            {"jitter, px", true},
+                                            {"kept area", true}},
+                                           rows) +
+                                     "<p>" + EscapeHtml(s.score->As<sibling::ScoreSummary>().remark) + "</p>");
   }
   if (std::error_code ec; fs::exists(folder / "tradeoff.svg", ec) && s.tradeoff)
     body += HtmlSection("What the dials cost and give",

@@ -545,7 +545,7 @@ std::string Describe(const StabilizeVideoSummary& s) {
   for (const ScoreRow& r : ScoreRows(score))
     text += fmt::format("  {:<24} cropping {}  distortion {}  stability {}  jitter {} px  kept area {}\n", r.video,
                         r.cropping, r.distortion, r.stability, r.jitter_px, r.kept_area);
-  if (const std::string remark = StabilityRemark(score); !remark.empty()) text += "  " + remark + "\n";
+  if (!score.remark.empty()) text += "  " + score.remark + "\n";
   if (s.tradeoff) text += "\n" + TextOf(*s.tradeoff) + "\n";
   text += "video:   " + s.video.string() + "\n";
   if (!s.split_screen.empty()) text += "split:   " + s.split_screen.string() + "\n";

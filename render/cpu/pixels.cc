@@ -26,12 +26,9 @@ std::vector<float> RelativeGains(const Sources& sources, const ViewSetup& setup)
   return gains;
 }
 
-namespace {
-
-// body(plan) of each tile, on all threads.
-OptimumCounts ForTiles(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
-                       const std::function<bool()>& stop, const Eigen::Vector2i& size_px,
-                       const std::function<void(const FramePlan&)>& body) {
+OptimumCounts ForPixelTiles(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                            const std::function<bool()>& stop, const Eigen::Vector2i& size_px,
+                            const std::function<void(FramePlan&)>& body) {
   const int width = size_px.x(), height = size_px.y();
   const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;
   OptimumCounts all;
@@ -54,8 +51,6 @@ OptimumCounts ForTiles(const ViewSetup& setup, const ProxyTracer& proxy, const V
   return all;
 }
 
-}  // namespace
-
 ViewSetup Weighed(const Sources& sources, const ViewSetup& setup, const ProxyTracer& proxy) {
   ViewSetup weighed = setup;
   if (setup.settings.method != Algorithm::kUlr && !setup.method) weighed.method = MakeComparator(sources, proxy, setup);
@@ -67,7 +62,7 @@ OptimumCounts RenderPixels(const Sources& sources, const ViewSetup& setup, const
                            const std::function<bool()>& stop, ImageF& image) {
   const ViewSetup weighed = Weighed(sources, setup, proxy);
   const std::vector<float> gains = RelativeGains(sources, weighed);
-  return ForTiles(weighed, proxy, visibility, stop, {image.width, image.height}, [&](const FramePlan& plan) {
+  return ForPixelTiles(weighed, proxy, visibility, stop, {image.width, image.height}, [&](const FramePlan& plan) {
     if (blended.colors != nullptr)
       BlendConstants(plan, weighed, *blended.colors, image);
     else
@@ -79,7 +74,7 @@ std::vector<std::int32_t> CamerasOfPixels(const Sources& sources, const ViewSetu
                                           const VisibilityMaps* visibility, const std::function<bool()>& stop,
                                           const Eigen::Vector2i& size_px) {
   std::vector<std::atomic<int>> blended(sources.views.size());  // by tiles
-  ForTiles(setup, proxy, visibility, stop, size_px, [&](const FramePlan& plan) {
+  ForPixelTiles(setup, proxy, visibility, stop, size_px, [&](const FramePlan& plan) {
     std::vector<std::int32_t> here = plan.camera;
     std::ranges::sort(here);
     here.erase(std::unique(here.begin(), here.end()), here.end());

@@ -15,6 +15,11 @@ namespace lumi {
 constexpr int kPixelTileWidth = 64;
 constexpr int kPixelTileHeight = 16;
 int PixelTiles(int width, int height);
+// body(plan) for each tile of a picture of this size, on all threads; the plan may be changed, and does not last.
+// stop() is asked before every tile; once it says true, the remaining tiles are left out.
+OptimumCounts ForPixelTiles(const ViewSetup& setup, const ProxyTracer& proxy, const VisibilityMaps* visibility,
+                            const std::function<bool()>& stop, const Eigen::Vector2i& size_px,
+                            const std::function<void(FramePlan&)>& body);
 
 // What is blended: the photos, or a constant colour each (false colour).
 struct PixelSources {

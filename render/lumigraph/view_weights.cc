@@ -7,6 +7,7 @@
 
 #include "render/cpu/pixels.h"
 #include "render/radiance/reconstruct.h"
+#include "scene/program/interrupt.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -62,20 +63,11 @@ void ViewWeights::NumberAsViews(std::vector<std::int32_t>& cameras) const {
 }
 
 void ViewWeights::ForTiles(const std::function<void(const FramePlan&)>& body) const {
-  const int width = size_px_.x(), height = size_px_.y();
-  const int columns = (width + kPixelTileWidth - 1) / kPixelTileWidth;
-  ParallelFor(static_cast<std::size_t>(PixelTiles(width, height)), 1, [&](std::size_t begin, std::size_t end) {
-    WeighScratch scratch;
-    FramePlan plan;
-    for (std::size_t tile = begin; tile < end; ++tile) {
-      const int x = static_cast<int>(tile) % columns * kPixelTileWidth,
-                y = static_cast<int>(tile) / columns * kPixelTileHeight;
-      PlanPixels(setup_, traced_->tracer, visibility_,
-                 {x, y, std::min(kPixelTileWidth, width - x), std::min(kPixelTileHeight, height - y)}, plan, scratch);
-      NumberAsViews(plan.camera);
-      body(plan);
-    }
+  ForPixelTiles(setup_, traced_->tracer, visibility_, InterruptRequested, size_px_, [&](FramePlan& plan) {
+    NumberAsViews(plan.camera);
+    body(plan);
   });
+  CheckInterrupted();
 }
 
 // Where the rays of a tile meet the proxy.
@@ -133,18 +125,21 @@ ViewPlan ViewWeights::Plan() const {
 }
 
 std::vector<double> ViewWeights::Shares(std::size_t views) const {
-  std::vector<double> shares(views, 0.0);
+  // Whole numbers: their sum does not depend on which tile comes first.
+  constexpr double kUnit = 1 << 20;
+  std::vector<long> sums(views, 0);
   std::mutex adding;
   ForTiles([&](const FramePlan& tile) {
-    std::vector<double> here(views, 0.0);
+    std::vector<long> here(views, 0);
     for (std::size_t i = 0; i < tile.camera.size(); ++i)
       if (tile.camera[i] >= 0)
         here[static_cast<std::size_t>(tile.camera[i])] +=
-            static_cast<double>(tile.alpha[i / static_cast<std::size_t>(tile.k)] * tile.weight[i]);
+            std::lround(kUnit * static_cast<double>(tile.alpha[i / static_cast<std::size_t>(tile.k)] * tile.weight[i]));
     const std::lock_guard lock(adding);
-    for (std::size_t v = 0; v < views; ++v) shares[v] += here[v];
+    for (std::size_t v = 0; v < views; ++v) sums[v] += here[v];
   });
-  for (double& s : shares) s /= static_cast<double>(size_px_.x()) * size_px_.y();
+  std::vector<double> shares;
+  for (const long sum : sums) shares.push_back(static_cast<double>(sum) / kUnit / size_px_.x() / size_px_.y());
   return shares;
 }
 

@@ -33,7 +33,8 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
 // Full path of a program in PATH, or nullopt.
 std::optional<std::filesystem::path> FindProgram(const std::string& name);
 
-// A sibling of the running program: where the suite lies (installation.h), then PATH. Throws MachineError when it is in neither.
+// A sibling of the running program: where the suite lies (installation.h), then PATH. Throws MachineError when it is in
+// neither.
 std::filesystem::path SiblingProgram(const std::string& name);
 
 }  // namespace lumi

@@ -24,8 +24,21 @@ static void ListKeys(JsonKeys& j, VideoScore& v) {
     "failed_steps", v.failed_steps);
   j("failed_matches", v.failed_matches, "uneven_times", v.uneven_times);
 }
+// Explains a result with less stability than the input (the first video) and less jitter; empty: there is none.
+static std::string StabilityRemark(const ScoreResult& result) {
+  for (const VideoScore& v : result.videos) {
+    const VideoScore& input = result.videos.front();
+    if (!(v.stability && input.stability && v.jitter.jitter_px && input.jitter.jitter_px)) continue;
+    if (*v.stability < *input.stability && *v.jitter.jitter_px < *input.jitter.jitter_px)
+      return "Stability is the share that slow frequencies have in a path's motion: where hardly any motion is left, "
+             "what is left counts more, and less shake may score less. Jitter is the shake itself.";
+  }
+  return {};
+}
+
 void ListKeys(JsonKeys& j, ScoreResult& r) {
   j("frames", r.frames, "videos", r.videos, "warnings", r.warnings, "seconds", r.seconds);
+  if (const std::string remark = StabilityRemark(r); !remark.empty()) j.Say("remark", remark);
 }
 
 ScoreResult RunScore(const ScoreCommandOptions& options, ProgressSink& progress) {
@@ -47,15 +60,7 @@ std::string Describe(const ScoreResult& result) {
                           v.stability_y, v.stability_rotation, v.stability_detrended})
       table += fmt::format("  {:>10}", x && std::isfinite(*x) ? fmt::format("{:.3f}", *x) : "-");
   }
-  for (const VideoScore& v : result.videos) {
-    const VideoScore& input = result.videos.front();
-    if (!(v.stability && input.stability && v.jitter.jitter_px && input.jitter.jitter_px)) continue;
-    if (!(*v.stability < *input.stability && *v.jitter.jitter_px < *input.jitter.jitter_px)) continue;
-    table +=
-        "\nStability is the share that slow frequencies have in a path's motion: where hardly any motion is left, what "
-        "is left counts more, and less shake may score less. Jitter is the shake itself.";
-    break;
-  }
+  if (const std::string remark = StabilityRemark(result); !remark.empty()) table += "\n" + remark;
   return table;
 }
 

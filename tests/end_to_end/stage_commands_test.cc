@@ -58,6 +58,7 @@ TEST(StageCommands, RunByHandTheyMakeThePipelinesBytes) {
                                       "--print-commands"};
   const ProgramResult run = RunProgram(argv);
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("mesh was made of all photos")) << "what flatters the figures is said";
   std::vector<std::string> lines = LinesOf(run.out);
   ASSERT_EQ(lines.size(), 6U) << run.out;
   EXPECT_THAT(lines[0], testing::StartsWith("lumi-reconstruct "));

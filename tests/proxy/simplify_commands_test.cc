@@ -97,6 +97,26 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   EXPECT_THROW(RunSimplify(request, {scene, "hull", {}, false}, SilentProgress()), UsageError);
 }
 
+TEST(SimplifyCommands, TheSilhouettesThatTheHullWasMadeFromCountAlsoElsewhere) {
+  for (const bool within : {true, false}) {
+    const TemporaryFolder folder;
+    const fs::path scene = folder / "scene", moved = folder / "moved";
+    WriteHullScene(scene);
+    HullRequest hull;
+    hull.silhouettes = (within ? scene : folder.path()) / "outlines";
+    fs::rename(scene / "silhouettes", hull.silhouettes);
+    RunHull(hull, {scene, "carved", {}, true}, SilentProgress());
+    fs::rename(scene, moved);  // a folder within the scene goes with it
+    SimplifyRequest request;
+    request.faces = 200;
+    request.from = "carved";
+    request.keep_hull = true;
+    const json kept = AsJson(RunSimplify(request, {moved, "", {}, false}, SilentProgress()));
+    ASSERT_TRUE(kept.contains("coverage_min")) << within;
+    EXPECT_GE(kept["coverage_min"].get<double>(), 0.99) << within;
+  }
+}
+
 TEST(SimplifyCommands, TheTradeoffIsATableAndThreeFiles) {
   const TemporaryFolder folder;
   const fs::path scene = folder / "scene";

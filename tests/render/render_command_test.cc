@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
@@ -249,6 +251,53 @@ TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersO
   held.settings.method = Algorithm::kSeitzDyer1996;
   held.decided.Add("method");
   EXPECT_GT(Run(held)["nearest_photo_psnr_mean_db"], 10.0);
+}
+
+TEST_F(RenderCommand, FalseColoursHaveALegendAndPixelsTellTheirPhotos) {
+  WriteCapture(9);
+  RenderOptions o = Options("colours");
+  o.view = capture_.scene.views[4].name;
+  o.leave_out = true;
+  o.show = "false-color";
+  o.pixels = {{20.5, 20.5}, PixelFrom("30,25.5")};
+  const Json view = Run(o)["views"][0];
+  std::map<std::string, std::string> colors;
+  double shares = 0, last = 1;
+  for (const Json& entry : view["legend"]) {
+    colors[entry["photo"]] = entry["color"];
+    shares += entry["share"].get<double>();
+    EXPECT_LE(entry["share"], last) << "the largest first";
+    last = entry["share"];
+  }
+  EXPECT_NEAR(shares, view["coverage"].get<double>(), 0.01) << "what a thousandth gives is left out";
+  EXPECT_EQ(colors.count(o.view), 0U);
+  std::set<std::string> different;
+  for (const auto& [photo, color] : colors) different.insert(color);
+  EXPECT_EQ(different.size(), colors.size());
+  ASSERT_EQ(view["pixels"].size(), 2U);
+  for (const Json& pixel : view["pixels"]) {
+    double weights = 0;
+    for (const Json& photo : pixel["photos"]) {
+      weights += photo["weight"].get<double>();
+      EXPECT_EQ(photo["color"], colors[photo["photo"]]);
+    }
+    EXPECT_NEAR(weights, 1, 1e-5);
+    EXPECT_EQ(pixel["point"].size(), 3U);
+  }
+  const auto legends = [&] {
+    int found = 0;
+    for (const auto& entry : fs::directory_iterator(o.output)) found += entry.path().extension() == ".svg";
+    return found;
+  };
+  EXPECT_EQ(legends(), 1);
+  o.pixels = {{1e4, 2}};
+  EXPECT_THROW(Run(o), UsageError);
+  o.view.clear();
+  o.leave_out = false;
+  o.show = "color";
+  EXPECT_THROW(Run(o), UsageError) << "of a path";
+  for (const char* text : {"", "1", "1,", ",1", "a,b", "1,2,3", "nan,1"})
+    EXPECT_THROW(PixelFrom(text), UsageError) << text;
 }
 
 TEST_F(RenderCommand, HeldOutPhotosAreOfTheirOwnMoments) {

@@ -94,6 +94,25 @@ TEST_F(ScoreHardCase, ABlankOutputHasNoFiguresAndOthersStillDo) {
   EXPECT_THAT(ScorePlot(result), HasSubstr("</svg>"));
 }
 
+TEST_F(ScoreHardCase, LessStabilityWithLessJitterIsExplainedAndNothingElse) {
+  const auto remark = [](std::optional<double> stability, std::optional<double> jitter_px) {
+    ScoreResult result;
+    result.videos.resize(2);
+    result.videos[0].stability = 0.9;
+    result.videos[0].jitter.jitter_px = 2;
+    result.videos[1].stability = stability;
+    result.videos[1].jitter.jitter_px = jitter_px;
+    const bool in_json = JsonKeys(result).Has("remark");
+    EXPECT_EQ(Describe(result).find("share that slow frequencies") != std::string::npos, in_json);
+    return in_json;
+  };
+  EXPECT_TRUE(remark(0.8, 0.1));
+  EXPECT_FALSE(remark(0.95, 0.1));
+  EXPECT_FALSE(remark(0.8, 3));
+  EXPECT_FALSE(remark(0.8, std::nullopt));
+  EXPECT_FALSE(remark(std::nullopt, 0.1));
+}
+
 TEST_F(ScoreHardCase, AFewBlankFramesAreBridgedAndReported) {
   const fs::path whole = plane_.Write(folder_ / "whole.mp4");
   PaintedPlane holes = plane_;
