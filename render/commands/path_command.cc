@@ -264,7 +264,7 @@ void RenderPath(RenderJob& job) {
     request.use = job.lumigraph.InWindow(request.view, {});
     const auto start = std::chrono::steady_clock::now();
     ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
-    if (const PhotoCache* cache = job.lumigraph.cache(); cache && cache->counts().most_halved > 0) {
+    if (job.most_halved > 0) {
       if (o.part_of_path())
         throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
                            "give more --memory-mb");

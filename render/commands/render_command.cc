@@ -47,6 +47,9 @@ ImageF RenderJob::Picture(const RenderRequest& request) {
   ImageF image = renderer->Render(request);
   const RenderStatistics statistics = renderer->Statistics();
   bring_ms += statistics.bring_ms;
+  most_halved = std::max(most_halved, statistics.halved);
+  if (const PhotoCache* cache = lumigraph.cache()) most_halved = std::max(most_halved, cache->counts().most_halved);
+  most_photo_bytes = std::max(most_photo_bytes, statistics.photo_bytes);
   summary.samples += statistics.samples;
   summary.optimum += statistics.optimum;
   return image;
@@ -194,12 +197,14 @@ void Summarise(RenderJob& job) {
   s.effects = lumigraph.effects();
   if (const PhotoCache* cache = lumigraph.cache()) {
     const PhotoCache::Counts& c = cache->counts();
-    s.photos_in_memory = {c.read, c.most_halved, static_cast<double>(c.most) / (1 << 20), job.bring_ms / 1000};
-    if (c.most_halved > 0)
+    const int halved = std::max(c.most_halved, job.most_halved);
+    s.photos_in_memory = {c.read, halved, static_cast<double>(std::max(c.most, job.most_photo_bytes)) / (1 << 20),
+                          job.bring_ms / 1000};
+    if (halved > 0)
       job.sink.Message(
           fmt::format("a picture's photos did not fit into memory together: they were halved {} time{}; "
                       "more --memory-mb keeps them sharp",
-                      c.most_halved, c.most_halved == 1 ? "" : "s"));
+                      halved, halved == 1 ? "" : "s"));
   }
   JudgeBudget(job);
   if (2 * s.optimum.small_sums > s.optimum.samples)
@@ -222,8 +227,7 @@ void MarkOutput(const RenderJob& job) {
 RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RequireConsistent(given);
   RenderOptions o = given;
-  // OpenGL holds all photos: only an explicit limit that they exceed is an error.
-  if (o.backend == "gl" && o.memory_mb == 0) o.memory_mb = -1;
+  o.graphics = o.backend == "gl";
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) {
     std::error_code ec;

@@ -24,7 +24,9 @@ struct RenderJob {
   DesiredViews wanted;
   std::unique_ptr<Renderer> renderer;
   RenderSummary summary;
-  double bring_ms = 0;  // reading photos for all pictures
+  double bring_ms = 0;               // reading photos for all pictures
+  int most_halved = 0;               // of the pictures' photos
+  std::size_t most_photo_bytes = 0;  // that photos took in graphics memory, where not all are
 
   const Scene& scene() const { return lumigraph.scene(); }
   // A renderer for the lumigraph as it is now, with the backend of the options.

@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -12,6 +10,7 @@
 #include "render/cpu/pixels.h"
 #include "render/cpu/sparse_blend.h"
 #include "render/cpu/tessellation_overlay.h"
+#include "render/photos/most_used.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse/sparse_plan.h"
 #include "render/world/renderer.h"
@@ -61,7 +60,7 @@ class CpuRenderer final : public WorldRenderer {
     for (const std::int32_t view : world_->photos) colors_.push_back(SourceColor(view));
   }
 
-  void BringBy(std::function<void(std::span<const std::int32_t>)> bring) override { bring_ = std::move(bring); }
+  void BringBy(PhotoSupply supply) override { bring_ = std::move(supply.bring); }
 
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
@@ -158,13 +157,8 @@ class CpuRenderer final : public WorldRenderer {
   // `cameras` may repeat; those that occur most often matter most.
   void Bring(const std::vector<std::int32_t>& cameras) {
     if (!bring_) return;
-    std::map<std::int32_t, long> often;
-    for (const std::int32_t c : cameras) ++often[c];
-    std::vector<std::int32_t> wanted;
-    for (const auto& [c, n] : often) wanted.push_back(c);
-    std::ranges::stable_sort(wanted, std::greater<>(), [&](std::int32_t c) { return often[c]; });
     const Stopwatch watch;
-    bring_(wanted);
+    bring_(MostUsedFirst(cameras));
     statistics_.bring_ms = 1000 * watch.Seconds();
   }
 

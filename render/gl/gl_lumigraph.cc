@@ -12,6 +12,7 @@
 
 #include "render/gl/gl_lumigraph_parts.h"
 #include "render/gl/shader_parts.h"
+#include "render/photos/most_used.h"
 #include "render/radiance/sources.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -23,11 +24,15 @@ constexpr int kMaxUniformRows = 4 * 1024;
 constexpr unsigned kLeastCapacity = 64;  // cameras: 4 KB
 // 128 MB of lists: beyond it (a thousand cameras and a picture of 32 megapixels) pixels look at all cameras.
 constexpr std::size_t kMaxListWords = std::size_t(1) << 25;
+constexpr int kWantedColumns = 25, kWantedRows = 25;
+constexpr int kWantedOfAll = 8;  // photos a ray, where k is "all"
 
 }  // namespace
 
-GlLumigraph::GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px)
-    : sources_((RequireGl43(), cameras)), photos_(photo_sizes_px) {
+GlLumigraph::GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px,
+                         std::size_t photo_bytes)
+    : sources_((RequireGl43(), cameras)), photos_(photo_sizes_px, photo_bytes) {
+  if (!photos_.holds_all()) slots_.emplace(photos_.kinds(), photos_.rooms());
   if (photo_sizes_px.size() != cameras.views.size())
     throw std::invalid_argument("GlLumigraph: one photo size a view is wanted");
   GLint block_bytes = 16384;
@@ -218,6 +223,28 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   });
 }
 
+std::vector<std::int32_t> GlLumigraph::PhotosWanted(const RenderRequest& request) {
+  RadianceSettings s = request.settings;
+  s.similarity = Similarity::kIdentity;
+  s.sampling = Sampling::kCandidates;
+  if (!s.Sparse()) {
+    s.grid_columns = kWantedColumns;
+    s.grid_rows = kWantedRows;
+  }
+  if (s.k <= 0) s.k = kWantedOfAll;
+  MakeSamplers();
+  const VisibilityMaps* visibility = s.visibility && !visibility_->empty() ? visibility_.get() : nullptr;
+  CandidatePlan plan;
+  PlanCandidates(MakeViewSetup(sources_, request.view, s, request.use), *sparse_proxy_, *tracer_, visibility,
+                 ParallelFor, plan);
+  return MostUsedFirst(plan.camera);
+}
+
+void GlLumigraph::MakeSamplers() {
+  if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
+  if (!tracer_) tracer_ = std::make_shared<const ProxyTracer>(proxy_, sources_.normalized_from_world);
+}
+
 void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   const ViewSetup setup = Start(request);
   const RadianceSettings& s = request.settings;
@@ -227,8 +254,7 @@ void GlLumigraph::Begin(const RenderRequest& request, GlTarget& target) {
   RequireDrawnByGl(s);
   if (!interpolated && !cells) return BeginPixels(request, setup, target);
   const auto start = std::chrono::steady_clock::now();
-  if (!sparse_proxy_) sparse_proxy_.emplace(proxy_, sources_.normalized_from_world);
-  if (cells && !tracer_) tracer_ = std::make_shared<const ProxyTracer>(proxy_, sources_.normalized_from_world);
+  MakeSamplers();
   const VisibilityMaps* visibility = s.visibility && !visibility_->empty() ? visibility_.get() : nullptr;
   if (cells)
     PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, candidate_plan_);

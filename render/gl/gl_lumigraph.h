@@ -7,9 +7,11 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,8 +30,10 @@ namespace lumi {
 
 class GlLumigraph {
  public:
-  // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Throws MachineError without OpenGL 4.3.
-  GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px);
+  // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Photos that take more than `photo_bytes`
+  // together come and go (slots()). Throws MachineError without OpenGL 4.3.
+  GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px,
+              std::size_t photo_bytes = std::numeric_limits<std::size_t>::max());
 
   void SetProxy(const Mesh& proxy);  // replaces the one before; throws std::invalid_argument (Validate)
   // With its visibility maps (empty: it hides nothing) and, if there is one, its tracer. Both are slow to make, so the
@@ -39,6 +43,15 @@ class GlLumigraph {
   void SetCameras(
       const Sources& cameras);  // as many, where poses, exposures or grids changed; a proxy in their world must follow
   void Upload(ViewId view, const Photo& photo);  // may replace a photo; no larger than planned
+  // Photos take at most so much from now on; none is uploaded yet, and nothing was drawn.
+  void LimitPhotos(std::size_t photo_bytes);
+  // nullptr if all photos are held. Otherwise photos come and go: WantPhotos, then Offer for what slots()->missing().
+  const PhotoSlots* slots() const { return slots_ ? &*slots_ : nullptr; }
+  void WantPhotos(std::span<const std::int32_t> views);  // PhotoSlots::Want
+  // Uploads the photo in this size if that is still wanted; others may go for it.
+  void Offer(ViewId view, const Photo& photo, PhotoSize size);
+  void GiveUp(ViewId view);  // it cannot be read
+  void DropPhotos();         // all
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }
   std::size_t photo_bytes() const { return photos_.bytes_loaded(); }
   int photo_count() const { return loaded_; }
@@ -47,6 +60,11 @@ class GlLumigraph {
 
   // One colour a view for Show::kFalseColor; SourceColor() unless set.
   void SetSourceColors(const std::vector<Eigen::Vector3f>& colors);
+
+  // Views whose photos a picture of this request shows, whether they are uploaded or not; those that show in the most
+  // places first. They are ranked at the samples of the settings' grid, or of 25x25, as
+  // candidates are (PlanCandidates): a photo that is among the best nowhere but between samples is missed.
+  std::vector<std::int32_t> PhotosWanted(const RenderRequest& request);
 
   // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose
   // photo is not uploaded are left out (colour). Throws std::invalid_argument for a singular view or settings out of
@@ -81,6 +99,7 @@ class GlLumigraph {
   void Prepare(const GlProgram& program, const BlendVariant& variant) const;
   void BindInputs(const GlTarget& target) const;
   void UploadFields();
+  void Drop(ViewId view);
   void UploadVisibility(std::shared_ptr<const VisibilityMaps> maps);
 
   ViewSetup Start(const RenderRequest& request);
@@ -91,12 +110,14 @@ class GlLumigraph {
   void BeginPixels(const RenderRequest& request, const ViewSetup& setup, GlTarget& target);
   void BeginCells(const RenderRequest& request, const ViewSetup& setup, const CandidatePlan& plan, GlTarget& target);
   void BeginTriangles(const RenderRequest& request, const ViewSetup& setup, const SparsePlan& plan, GlTarget& target);
+  void MakeSamplers();  // of the proxy, unless there are some
   void UploadLeaves(const RadianceSettings& settings);
   void ReserveLists(std::size_t words);
   void DrawLines(GlTarget& target);
 
   Sources sources_;
   PhotoTextures photos_;
+  std::optional<PhotoSlots> slots_;  // unless all photos are held
   int loaded_ = 0;
   std::vector<Eigen::Vector3f> colors_;
 

@@ -1,13 +1,17 @@
 // MakeGlRenderer: the whole lumigraph in graphics memory, one picture at a time.
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "render/gl/egl_context.h"
 #include "render/gl/gl_lumigraph.h"
+#include "render/photos/photo_cache.h"
 #include "render/world/renderer.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
@@ -56,18 +60,31 @@ class GlRenderer final : public WorldRenderer {
     RenderRequest request = wanted;
     if (request.use.empty()) request.use = world_->use;
     const Eigen::Vector2i size = request.view.size_px;
-    const Stopwatch watch;
+    Stopwatch watch;
+    const int halved = supply_.bring && request.show != Show::kFalseColor ? BringPhotos(request) : 0;
+    const double bring_ms = 1000 * watch.Lap();
     lumigraph_->Begin(request, *target_);
     lumigraph_->Blend(*target_, 0, size.y());
     glFinish();
     statistics_ = lumigraph_->statistics();
     statistics_.blend_ms = 1000 * watch.Seconds() - statistics_.plan_ms;
+    if (supply_.bring) {
+      statistics_.bring_ms = bring_ms;
+      statistics_.halved = halved;
+      statistics_.photo_bytes = lumigraph_->photo_bytes();
+    }
     return lumigraph_->ReadColor(*target_, size);
   }
 
   void Enter(std::shared_ptr<const PictureWorld> world) override {
     const Context current(context_);
     Show(std::move(world), *lumigraph_);
+  }
+
+  void BringBy(PhotoSupply supply) override {
+    const Context current(context_);
+    lumigraph_->LimitPhotos(supply.graphics_bytes);
+    supply_ = std::move(supply);
   }
 
   std::string Device() const override { return device_; }
@@ -89,7 +106,48 @@ class GlRenderer final : public WorldRenderer {
     world_ = std::move(world);
   }
 
+  // Returns how often photos of the picture are halved, at most.
+  int BringPhotos(const RenderRequest& request) {
+    const std::vector<std::int32_t> wanted = lumigraph_->PhotosWanted(request);
+    const PhotoSlots* slots = lumigraph_->slots();
+    if (slots == nullptr) {
+      std::vector<PhotoSlots::Missing> missing;
+      for (const std::int32_t v : wanted)
+        if (!lumigraph_->Has({v})) missing.push_back({v, PhotoSize::kWhole});
+      Bring(missing);
+      return 0;
+    }
+    lumigraph_->WantPhotos(wanted);
+    for (auto missing = slots->missing(); !missing.empty(); missing = slots->missing()) Bring(missing);
+    const bool all_whole =
+        std::ranges::all_of(wanted, [&](std::int32_t v) { return slots->held(v) == PhotoSize::kWhole; });
+    return all_whole ? 0 : kSmallShift;
+  }
+
+  // As many at a time as fit into memory.
+  void Bring(const std::vector<PhotoSlots::Missing>& missing) {
+    for (std::size_t from = 0; from < missing.size();) {
+      std::vector<std::int32_t> batch;
+      std::size_t bytes = 0;
+      for (std::size_t i = from; i < missing.size(); ++i) {
+        bytes += PhotoCache::BytesOf(world_->sources.views[static_cast<std::size_t>(missing[i].photo)].size_px);
+        if (!batch.empty() && bytes > supply_.at_once_bytes) break;
+        batch.push_back(missing[i].photo);
+      }
+      supply_.bring(batch);
+      for (const std::int32_t v : batch) {
+        const Photo& photo = photos_[static_cast<std::size_t>(v)];
+        if (lumigraph_->slots() != nullptr)
+          lumigraph_->Offer({v}, photo, missing[from].size);
+        else
+          lumigraph_->Upload({v}, photo);
+        ++from;
+      }
+    }
+  }
+
   const std::vector<Photo>& photos_;
+  PhotoSupply supply_;
   std::shared_ptr<const PictureWorld> world_;
   std::unique_ptr<EglContext> context_;  // before all that lives in it
   std::unique_ptr<GlLumigraph> lumigraph_;

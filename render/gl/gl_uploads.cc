@@ -79,15 +79,17 @@ void GlLumigraph::UploadVisibility(std::shared_ptr<const VisibilityMaps> maps) {
   visibility_ = std::make_shared<const VisibilityMaps>();
   if (maps->empty()) return;
   const auto count = static_cast<int>(sources_.views.size());
-  std::vector<float> texels;
-  for (int j = 0; j < count; ++j) texels.insert(texels.end(), maps->Map(j).begin(), maps->Map(j).end());
+  const std::size_t texels = maps->Map(0).size(), all = texels * static_cast<std::size_t>(count);
   GLint limit = 65536;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-  if (texels.size() > static_cast<std::size_t>(limit))
+  if (all > static_cast<std::size_t>(limit))
     throw MachineError("this driver's texture buffers hold " + std::to_string(limit) +
-                           " values; what the photos see of the proxy takes " + std::to_string(texels.size()),
+                           " values; what the photos see of the proxy takes " + std::to_string(all),
                        "use --backend cpu");
-  FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, texels);
+  FillTextureBuffer(visibility_buffer_, visibility_texture_, GL_R32F, nullptr, all * sizeof(float));
+  for (int j = 0; j < count; ++j)
+    glBufferSubData(GL_TEXTURE_BUFFER, static_cast<GLintptr>(static_cast<std::size_t>(j) * texels * sizeof(float)),
+                    static_cast<GLsizeiptr>(texels * sizeof(float)), maps->Map(j).data());
   visibility_ = std::move(maps);
 }
 
@@ -96,6 +98,46 @@ void GlLumigraph::Upload(ViewId view, const Photo& photo) {
   const bool again = photos_.places().at(j).loaded;
   photos_.Upload(j, photo);
   if (!again) ++loaded_;
+}
+
+void GlLumigraph::Drop(ViewId view) {
+  const auto j = static_cast<std::size_t>(view.value);
+  if (!photos_.places().at(j).loaded) return;
+  photos_.Drop(j);
+  --loaded_;
+}
+
+void GlLumigraph::LimitPhotos(std::size_t photo_bytes) {
+  if (loaded_ > 0 || !programs_.empty() || !sparse_programs_.empty())
+    throw std::logic_error("LimitPhotos comes before photos and pictures");
+  photos_ = PhotoTextures(photos_.planned_px(), photo_bytes);
+  slots_.reset();
+  if (!photos_.holds_all()) slots_.emplace(photos_.kinds(), photos_.rooms());
+}
+
+void GlLumigraph::WantPhotos(std::span<const std::int32_t> views) { slots_.value().Want(views); }
+
+void GlLumigraph::Offer(ViewId view, const Photo& photo, PhotoSize size) {
+  const PhotoSlots::Placed placed = slots_.value().Place(view.value, size);
+  if (!placed.placed) return;
+  if (placed.dropped >= 0) Drop({placed.dropped});
+  if (size == PhotoSize::kWhole) return Upload(view, photo);
+  // At least a level stays: a photo of a few pixels is small as it is.
+  const std::size_t from = std::min(static_cast<std::size_t>(kSmallShift), photo.levels.size() - 1);
+  Photo small;
+  small.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(from), photo.levels.end());
+  small.level0_shift = photo.level0_shift + static_cast<int>(from);
+  Upload(view, small);
+}
+
+void GlLumigraph::GiveUp(ViewId view) { slots_.value().GiveUp(view.value); }
+
+void GlLumigraph::DropPhotos() {
+  for (std::size_t j = 0; j < photos_.places().size(); ++j) {
+    const ViewId view{static_cast<std::int32_t>(j)};
+    Drop(view);
+    if (slots_) slots_->Drop(view.value);
+  }
 }
 
 void GlLumigraph::SetSourceColors(const std::vector<Eigen::Vector3f>& colors) {

@@ -25,16 +25,43 @@ std::size_t LayerBytes(const Eigen::Vector2i& size) {
   return static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 16 / 3;
 }
 
+Eigen::Vector2i SmallSize(const Eigen::Vector2i& size) {
+  return {std::max(1, size.x() >> kSmallShift), std::max(1, size.y() >> kSmallShift)};
+}
+
 int LayersPerTexture(const Eigen::Vector2i& size, int max_layers) {
   return static_cast<int>(std::clamp<std::size_t>(kMaxTextureBytes / std::max<std::size_t>(LayerBytes(size), 1), 1,
                                                   static_cast<std::size_t>(max_layers)));
 }
 
-int TextureCount(const std::vector<SizeClass>& classes, int max_layers) {
+std::size_t BytesOf(const std::vector<SizeClass>& classes) {
+  std::size_t bytes = 0;
+  for (const SizeClass& c : classes) bytes += LayerBytes(c.size_px) * c.photos.size();
+  return bytes;
+}
+
+// Layers for the photos of a class: all, or a share of `bytes` by what they would take.
+PhotoRoom RoomOf(const SizeClass& c, std::size_t bytes, std::size_t all) {
+  constexpr double kWholeShare = 0.75;  // of the bytes; small photos take a sixteenth each, and get the others
+  const int photos = static_cast<int>(c.photos.size());
+  if (all <= bytes) return {photos, 0};
+  const double share = static_cast<double>(bytes) * static_cast<double>(LayerBytes(c.size_px) * c.photos.size()) /
+                       static_cast<double>(all);
+  const auto layers = [&](double of_bytes, const Eigen::Vector2i& size) {
+    return std::clamp(static_cast<int>(of_bytes / static_cast<double>(LayerBytes(size))), 1, photos);
+  };
+  return {layers(kWholeShare * share, c.size_px), layers((1 - kWholeShare) * share, SmallSize(c.size_px))};
+}
+
+int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::size_t bytes) {
+  const auto textures = [&](int layers, const Eigen::Vector2i& size) {
+    const int per = LayersPerTexture(size, max_layers);
+    return (layers + per - 1) / per;
+  };
   int n = 0;
   for (const SizeClass& c : classes) {
-    const int per = LayersPerTexture(c.size_px, max_layers);
-    n += (static_cast<int>(c.photos.size()) + per - 1) / per;
+    const PhotoRoom room = RoomOf(c, bytes, BytesOf(classes));
+    n += textures(room.whole, c.size_px) + textures(room.small, SmallSize(c.size_px));
   }
   return n;
 }
@@ -64,9 +91,18 @@ void MergeCheapest(std::vector<SizeClass>& classes) {
   classes.erase(classes.begin() + static_cast<std::ptrdiff_t>(best_b));
 }
 
+std::size_t TexelBytes(const PhotoPlace& place) {
+  std::size_t texels = 0;
+  for (int l = 0; l <= place.top_level; ++l)
+    texels += static_cast<std::size_t>(std::max(1, place.size_px.x() >> l)) *
+              static_cast<std::size_t>(std::max(1, place.size_px.y() >> l));
+  return 4 * texels;
+}
+
 }  // namespace
 
-PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px) : places_(sizes_px.size()) {
+PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::size_t bytes)
+    : places_(sizes_px.size()), planned_px_(sizes_px), kinds_(sizes_px.size()) {
   GLint max_layers = 256, units = 16, max_size = 4096;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &max_layers);
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
@@ -87,33 +123,79 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px) : pla
     else
       classes.push_back({sizes_px[i], {i}});
   }
-  while (classes.size() > 1 && TextureCount(classes, max_layers) > max_groups) MergeCheapest(classes);
-  if (TextureCount(classes, max_layers) > max_groups)
+  while (classes.size() > 1 && TextureCount(classes, max_layers, bytes) > max_groups) MergeCheapest(classes);
+  if (TextureCount(classes, max_layers, bytes) > max_groups)
     throw MachineError(std::to_string(sizes_px.size()) + " photos of this size do not fit into " +
                            std::to_string(max_groups) + " textures",
                        "use smaller photos, or --backend cpu");
 
+  const std::size_t all = BytesOf(classes);
+  holds_all_ = all <= bytes;
   for (const SizeClass& c : classes) {
-    const int per = LayersPerTexture(c.size_px, max_layers);
-    for (std::size_t i = 0; i < c.photos.size(); ++i) {
-      if (static_cast<int>(i) % per == 0) {
-        groups_.emplace_back();
-        groups_.back().size_px = c.size_px;
-      }
-      PhotoPlace& place = places_[c.photos[i]];
-      place.group = group_count() - 1;
-      place.layer = groups_.back().layers++;
-    }
+    const PhotoRoom room = RoomOf(c, bytes, all);
+    Kind kind;
+    kind.whole_px = c.size_px;
+    const Eigen::Vector2i small_px = SmallSize(c.size_px);
+    AddGroups(c.size_px, room.whole, LayersPerTexture(c.size_px, max_layers), kind.free_whole);
+    AddGroups(small_px, room.small, LayersPerTexture(small_px, max_layers), kind.free_small);
+    for (const std::size_t photo : c.photos) kinds_[photo] = static_cast<int>(rooms_.size());
+    rooms_.push_back(room);
+    of_kind_.push_back(std::move(kind));
   }
+}
+
+void PhotoTextures::AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture,
+                              std::vector<Layer>& free) {
+  for (int i = 0; i < layers; ++i) {
+    if (i % layers_a_texture == 0) {
+      groups_.emplace_back();
+      groups_.back().size_px = size_px;
+    }
+    free.push_back({group_count() - 1, groups_.back().layers++});
+  }
+  std::reverse(free.begin(), free.end());
+}
+
+std::vector<PhotoTextures::Layer>& PhotoTextures::FreeLayers(std::size_t index, const Eigen::Vector2i& size_px) {
+  Kind& kind = of_kind_[static_cast<std::size_t>(kinds_[index])];
+  const Eigen::Vector2i planned_px = planned_px_[index];
+  const bool small = !holds_all_ && size_px != planned_px && (size_px.array() <= SmallSize(planned_px).array()).all();
+  return small ? kind.free_small : kind.free_whole;
+}
+
+void PhotoTextures::TakeLayer(std::size_t index, const Eigen::Vector2i& size_px) {
+  PhotoPlace& place = places_[index];
+  if (place.loaded && place.size_px == size_px) return;
+  Drop(index);
+  std::vector<Layer>& free = FreeLayers(index, size_px);
+  if (free.empty()) throw std::logic_error("PhotoTextures: there is no layer left for a photo");
+  place.group = free.back().group;
+  place.layer = free.back().layer;
+  free.pop_back();
+}
+
+void PhotoTextures::Drop(std::size_t index) {
+  PhotoPlace& place = places_.at(index);
+  if (!place.loaded) return;
+  FreeLayers(index, place.size_px).push_back({place.group, place.layer});
+  bytes_loaded_ -= TexelBytes(place);
+  place = {};
 }
 
 void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
   if (photo.levels.empty()) throw std::invalid_argument("PhotoTextures: the photo is not loaded");
-  PhotoPlace& place = places_.at(index);
-  Group& group = groups_[static_cast<std::size_t>(place.group)];
   const Image8& first = photo.levels.front();
-  if (first.width > group.size_px.x() || first.height > group.size_px.y() || first.channels != 3)
+  const Eigen::Vector2i size_px(first.width, first.height);
+  PhotoPlace& place = places_.at(index);
+  if ((size_px.array() > of_kind_[static_cast<std::size_t>(kinds_[index])].whole_px.array()).any() ||
+      first.channels != 3)
     throw std::invalid_argument("PhotoTextures: a photo of another size or channel count than was planned");
+  for (std::size_t l = 0; l < photo.levels.size(); ++l)
+    if (photo.levels[l].width != std::max(1, first.width >> l) ||
+        photo.levels[l].height != std::max(1, first.height >> l))
+      throw std::invalid_argument("PhotoTextures: a pyramid level is not half of the one before");
+  TakeLayer(index, size_px);
+  Group& group = groups_[static_cast<std::size_t>(place.group)];
 
   const GLint level_count = std::bit_width(static_cast<unsigned>(group.size_px.maxCoeff()));
   if (!group.texture) {
@@ -131,19 +213,16 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   // A pyramid's level is half the one before, rounded down, as GL's own: it fits into the texture's level.
   const int levels = std::min(static_cast<int>(photo.levels.size()), level_count);
-  std::size_t bytes = 0;
   for (int l = 0; l < levels; ++l) {
     const Image8& image = photo.levels[static_cast<std::size_t>(l)];
-    if (image.width != std::max(1, first.width >> l) || image.height != std::max(1, first.height >> l))
-      throw std::invalid_argument("PhotoTextures: a pyramid level is not half of the one before");
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, l, 0, 0, place.layer, image.width, image.height, 1, GL_RGB, GL_UNSIGNED_BYTE,
                     image.data.data());
-    bytes += static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4;
   }
   CheckGl("uploading a photo");
-  if (!place.loaded) bytes_loaded_ += bytes;
-  place.size_px = {first.width, first.height};
+  const bool again = place.loaded;
+  place.size_px = size_px;
   place.top_level = levels - 1;
+  if (!again) bytes_loaded_ += TexelBytes(place);
   if (levels > group.levels) {
     group.levels = levels;
     glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels - 1);

@@ -1,13 +1,17 @@
 // The photographs as array textures: one layer a photo, its pyramid in the layer's upper-left corner, so that the GPU
-// reads the very texels that the CPU does.
+// reads the very texels that the CPU does. Where not all of them fit, there are layers for some whole photos and for
+// more small ones, and photos come and go (PhotoSlots).
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "render/gl/gl_objects.h"
 #include "render/photos/photo_set.h"
+#include "render/photos/photo_slots.h"
 
 namespace lumi {
 
@@ -27,12 +31,22 @@ struct PhotoPlace {
 // Needs a current context.
 class PhotoTextures {
  public:
-  // sizes_px: level 0 of each photo as it will be uploaded. Nothing is allocated yet. Throws MachineError where that
-  // many photos of that many sizes cannot be held at once.
-  explicit PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px);
+  // sizes_px: level 0 of each photo as it will be uploaded. Nothing is allocated yet. Photos that take more than
+  // `bytes` together are not all held: see kinds() and rooms(). Throws MachineError where that many photos of that many
+  // sizes cannot be held at once.
+  explicit PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px,
+                         std::size_t bytes = std::numeric_limits<std::size_t>::max());
 
-  // Throws std::invalid_argument for a photo larger than was planned, MachineError when memory is full.
+  // Throws std::invalid_argument for a photo larger than was planned, std::logic_error where there is no layer for it
+  // (PhotoSlots), MachineError when memory is full.
   void Upload(std::size_t index, const Photo& photo);
+  void Drop(std::size_t index);
+
+  // For PhotoSlots: what kind each photo is of, and the layers of each kind.
+  const std::vector<int>& kinds() const { return kinds_; }
+  const std::vector<PhotoRoom>& rooms() const { return rooms_; }
+  bool holds_all() const { return holds_all_; }
+  const std::vector<Eigen::Vector2i>& planned_px() const { return planned_px_; }
 
   const std::vector<PhotoPlace>& places() const { return places_; }
   int group_count() const { return static_cast<int>(groups_.size()); }
@@ -41,17 +55,33 @@ class PhotoTextures {
   bool WholeLayers() const;
   // Binds group g to texture unit first_unit + g.
   void Bind(int first_unit) const;
-  std::size_t bytes_loaded() const { return bytes_loaded_; }  // texels that were uploaded, 4 bytes each
+  std::size_t bytes_loaded() const { return bytes_loaded_; }  // of the photos that are loaded, 4 bytes a texel
 
  private:
+  struct Layer {
+    int group = 0, layer = 0;
+  };
+  void AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture, std::vector<Layer>& free);
+  std::vector<Layer>& FreeLayers(std::size_t index, const Eigen::Vector2i& size_px);
+  void TakeLayer(std::size_t index, const Eigen::Vector2i& size_px);
   struct Group {
     Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
     int layers = 0;
     int levels = 0;     // of the tallest pyramid in it
     GlTexture texture;  // made with its first photo
   };
+  // Of photos of one size, about.
+  struct Kind {
+    Eigen::Vector2i whole_px = Eigen::Vector2i::Zero();
+    std::vector<Layer> free_whole, free_small;  // the last one is taken first
+  };
   std::vector<Group> groups_;
   std::vector<PhotoPlace> places_;
+  std::vector<Eigen::Vector2i> planned_px_;
+  std::vector<int> kinds_;
+  std::vector<Kind> of_kind_;
+  std::vector<PhotoRoom> rooms_;
+  bool holds_all_ = true;
   std::size_t bytes_loaded_ = 0;
 };
 

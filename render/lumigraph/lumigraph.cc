@@ -63,9 +63,9 @@ void Lumigraph::MakePictures(const std::string& proxy, bool along_matrices, cons
   decide("so for pictures of a window in time");
   if (proxy == kPerViewProxy || !metric()) {
     proxy_name_ = kPerViewProxy;
-    PerViewOptions own;
-    own.nominal_focal_px = options_.nominal_focal_px;
-    per_view_.emplace(scene_, own);
+    PerViewOptions each;
+    each.nominal_focal_px = options_.nominal_focal_px;
+    per_view_.emplace(scene_, each);
     // Which photos see a surface that was made for another view is unknown.
     if (decided_.Has("visibility") && settings_.visibility)
       throw UsageError("--proxy per-view hides nothing: --visibility does not go with it");
@@ -95,19 +95,33 @@ std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
   if (options_.memory_mb == 0 && settings_.correlation == Correlation::kMeasured) return std::nullopt;
   constexpr double kShare = 0.6;  // of the free memory, if no limit is given
   constexpr std::size_t kMb = 1 << 20;
-  constexpr std::size_t kOthers = 320 * kMb;  // visibility maps and pictures, which come later
   constexpr std::size_t kLeast = 4 * kMb;
+  // Visibility maps and pictures, which come later; a graphics processor has both, too.
+  const std::size_t others = (options_.graphics ? 640 : 320) * kMb;
   const std::size_t all = options_.memory_mb > 0
                               ? static_cast<std::size_t>(options_.memory_mb) * kMb
                               : static_cast<std::size_t>(kShare * static_cast<double>(AvailableMemory()));
-  const std::size_t taken = kOthers + (options_.memory_mb > 0 ? ResidentMemory() : 0);
+  const std::size_t taken = others + (options_.memory_mb > 0 ? ResidentMemory() : 0);
   const std::size_t room = std::max(kLeast, all > taken ? all - taken : 0);
-  return PhotoCache::BytesOf(scene_) > room ? std::optional(room) : std::nullopt;
+  // Photos that are all held are held twice for a graphics processor, there with four bytes a pixel.
+  const std::size_t bytes = PhotoCache::BytesOf(scene_);
+  return bytes + (options_.graphics ? bytes / 3 * 4 : 0) > room ? std::optional(room) : std::nullopt;
+}
+
+std::size_t Lumigraph::LargestPhoto() const {
+  std::size_t bytes = 0;
+  for (const Camera& c : scene_.cameras)
+    bytes = std::max(bytes, PhotoCache::BytesOf(Eigen::Vector2i(c.width_px, c.height_px)));
+  return bytes;
 }
 
 void Lumigraph::ReadPhotos(ProgressSink& sink) {
   if (const std::optional<std::size_t> room = RoomForPhotos()) {
-    cache_.emplace(scene_, *room);
+    // Photos on their way to a graphics processor stay in memory only until they are there.
+    constexpr std::size_t kMostAtOnce = std::size_t{192} << 20;
+    at_once_bytes_ = options_.graphics ? std::max(LargestPhoto(), std::min(kMostAtOnce, *room / 4)) : *room;
+    graphics_bytes_ = options_.graphics ? *room - std::min(*room, at_once_bytes_) : *room;
+    cache_.emplace(scene_, at_once_bytes_);
     sink.Message(fmt::format("{} photos take {:.1f} GB of memory: {:.1f} GB hold those that a picture is blended from",
                              scene_.views.size(), static_cast<double>(PhotoCache::BytesOf(scene_)) / 1e9,
                              static_cast<double>(*room) / 1e9));
@@ -235,7 +249,9 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
   auto renderer = make(WorldOf(scene_, mesh), photos());
-  if (cache_) renderer->BringBy([this](std::span<const std::int32_t> wanted) { cache_->Bring(wanted); });
+  if (cache_)
+    renderer->BringBy(
+        {[this](std::span<const std::int32_t> wanted) { cache_->Bring(wanted); }, at_once_bytes_, graphics_bytes_});
   return WithOwnColors(std::move(renderer));
 }
 

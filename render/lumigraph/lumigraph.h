@@ -46,6 +46,7 @@ struct LumigraphOptions {
   // Memory of the whole process, about. Photos that do not fit into it are read when pictures need them. 0: six tenths
   // of the free memory; -1: all photos are held.
   int memory_mb = -1;
+  bool graphics = false;  // photos will be in graphics memory, which memory_mb counts, too
 };
 
 class Lumigraph {
@@ -112,6 +113,7 @@ class Lumigraph {
 
  private:
   std::optional<std::size_t> RoomForPhotos() const;
+  std::size_t LargestPhoto() const;
   void RequireNothingMetric(const std::string& proxy) const;
   void TakeCorrelation(const std::vector<bool>& use);
   void RequireExposure();
@@ -129,8 +131,9 @@ class Lumigraph {
   bool own_times_ = true;
   std::vector<Photo> photos_;
   mutable std::optional<PhotoCache> cache_;  // instead of photos_; a picture that is rendered brings its photos
-  PhotoFacts photo_facts_;                   // what the photos' colours say
-  Corrections corrections_;                  // that the photos were read with
+  std::size_t at_once_bytes_ = 0, graphics_bytes_ = 0;  // PhotoSupply's, with the cache
+  PhotoFacts photo_facts_;                              // what the photos' colours say
+  Corrections corrections_;                             // that the photos were read with
   std::vector<Effect> effects_;
   std::optional<MeasuredCorrelation> correlation_;
 };

@@ -7,16 +7,6 @@
 namespace lumi {
 namespace {
 
-// Of a pyramid on an RGB image.
-std::size_t PyramidBytes(Eigen::Vector2i size) {
-  std::size_t bytes = 0;
-  for (;;) {
-    bytes += 3 * static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
-    if (size.maxCoeff() <= 1) return bytes;
-    size = (size / 2).cwiseMax(1);
-  }
-}
-
 Eigen::Vector2i SizeOf(const Scene& scene, std::size_t view) {
   const Camera& camera = scene.CameraOf(scene.views[view]);
   return {camera.width_px, camera.height_px};
@@ -45,16 +35,24 @@ constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} 
 PhotoCache::PhotoCache(const Scene& scene, std::size_t budget_bytes)
     : scene_(scene), budget_(budget_bytes), photos_(scene.views.size()), used_(scene.views.size(), 0) {}
 
+std::size_t PhotoCache::BytesOf(const Eigen::Vector2i& size_px) {
+  std::size_t bytes = 0;
+  for (Eigen::Vector2i size = size_px;; size = (size / 2).cwiseMax(1)) {
+    bytes += 3 * static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
+    if (size.maxCoeff() <= 1) return bytes;
+  }
+}
+
 std::size_t PhotoCache::BytesOf(const Scene& scene) {
   std::size_t bytes = 0;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) bytes += PyramidBytes(SizeOf(scene, v));
+  for (std::size_t v = 0; v < scene.views.size(); ++v) bytes += BytesOf(SizeOf(scene, v));
   return bytes;
 }
 
 std::size_t PhotoCache::Bytes(std::size_t photo, int shift) const {
   Eigen::Vector2i size = SizeOf(scene_, photo);
   for (int i = 0; i < shift; ++i) size = (size / 2).cwiseMax(1);
-  return PyramidBytes(size);
+  return BytesOf(size);
 }
 
 void PhotoCache::Drop(std::size_t photo) {

@@ -18,6 +18,7 @@ class PhotoCache {
 
   // Bytes of all photos at full size, with their pyramids.
   static std::size_t BytesOf(const Scene& scene);
+  static std::size_t BytesOf(const Eigen::Vector2i& size_px);  // of one
 
   // One a view of the scene, at the same address always; those that are not in memory have no levels.
   const std::vector<Photo>& photos() const { return photos_; }

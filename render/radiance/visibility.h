@@ -31,6 +31,7 @@ class VisibilityMaps {
   bool empty() const { return count_ == 0; }
   int width() const { return width_; }
   int height() const { return height_; }
+  std::size_t bytes() const { return depth_.size() * sizeof(float); }
   std::span<const float> Map(int camera) const {
     return {depth_.data() + static_cast<std::size_t>(camera) * texels(), texels()};
   }

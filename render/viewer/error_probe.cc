@@ -45,17 +45,21 @@ void ErrorProbe::Start(ViewId view, const RadianceSettings& settings) {
   });
 }
 
+RenderRequest ErrorProbe::Request() const {
+  RenderRequest request;
+  request.view = PhotosView(scene_, scene_.views[static_cast<std::size_t>(view_.value)], result_.size_px);
+  request.settings = result_.settings;
+  request.use.assign(scene_.views.size(), true);
+  request.use[static_cast<std::size_t>(view_.value)] = false;
+  return request;
+}
+
 std::optional<MeasuredError> ErrorProbe::Step(double step_ms, bool undisturbed) {
   if (reading_.valid()) {
     if (!Ready(reading_)) return std::nullopt;
     photo_ = reading_.get();
-    const View& v = scene_.views[static_cast<std::size_t>(view_.value)];
-    RenderRequest request;
-    request.view = PhotosView(scene_, v, result_.size_px);
-    request.settings = result_.settings;
+    const RenderRequest request = Request();
     correction_ = request.view.correction;
-    request.use.assign(scene_.views.size(), true);
-    request.use[static_cast<std::size_t>(view_.value)] = false;
     painter_.Start(request);
     return std::nullopt;
   }

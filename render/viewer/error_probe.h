@@ -35,6 +35,7 @@ class ErrorProbe {
   void Start(ViewId view, const RadianceSettings& settings);
   bool busy() const { return reading_.valid() || painter_.busy() || comparing_.valid(); }
   bool drawing() const { return painter_.busy(); }
+  RenderRequest Request() const;  // of the picture that is compared
   void Cancel() { painter_.Cancel(); }
 
   // As StripPainter::Step; returns the result once. Throws InputError for a photo that cannot be read, and what Begin

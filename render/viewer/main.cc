@@ -12,7 +12,10 @@ int main(int argc, char** argv) {
           "Start at this photo's camera: its name, or else its position from 0; default: the middle photo");
   app.Add("--width", o.width_px, "Of the window, pixels").Range(64, 16384).Default();
   app.Add("--height", o.height_px, "Of the window, pixels").Range(64, 16384).Default();
-  app.Add("--memory-mb", o.memory_mb, "Photos are halved until all of them fit into this").Range(16, 1 << 20).Default();
+  app.Add("--memory-mb", o.memory_mb,
+          "Memory of the program, graphics memory included; photos that do not fit are read as the view needs them")
+      .Range(16, 1 << 20)
+      .Default();
   app.Add("--effects", o.effects, lumi::EffectsHelp()).Default();
   app.Add("--phase", o.phase, "Moment of a periodic scene to begin with, 0 to 1 of its period");
   app.Add("--budget-ms", o.budget_ms,

@@ -69,13 +69,14 @@ void Status(const PanelFacts& facts) {
     Dim(fmt::format("optimal weights, {:.1f} s", facts.refinement_s));
   else if (facts.refining)
     Dim(fmt::format("optimal weights: {:.0f} %", 100 * facts.refined_fraction));
-  const int open = facts.photos_total - facts.photos_loaded - facts.photos_failed;
+  const int open = facts.on_demand ? 0 : facts.photos_total - facts.photos_loaded - facts.photos_failed;
   if (open > 0)
     ImGui::ProgressBar(static_cast<float>(facts.photos_loaded) / static_cast<float>(std::max(1, facts.photos_total)),
                        ImVec2(-1, 0), fmt::format("{} of {} photos", facts.photos_loaded, facts.photos_total).c_str());
-  std::string memory = open > 0 ? "" : fmt::format("{} photos, ", facts.photos_loaded);
+  std::string memory = open > 0          ? ""
+                       : facts.on_demand ? fmt::format("{} of {} photos, ", facts.photos_loaded, facts.photos_total)
+                                         : fmt::format("{} photos, ", facts.photos_loaded);
   memory += fmt::format("{:.0f} of {:.0f} MB", facts.photo_mb, facts.budget_mb);
-  if (facts.halvings > 0) memory += fmt::format(", at 1/{}", 1 << facts.halvings);
   Dim(memory);
   if (facts.photos_failed > 0) Wrapped(kWarm, fmt::format("{} photos could not be read", facts.photos_failed));
   if (!facts.problem.empty()) Wrapped(kWarm, facts.problem);

@@ -53,7 +53,7 @@ struct PanelFacts {
   bool complete = false;
   int photos_loaded = 0, photos_total = 0, photos_failed = 0;
   double photo_mb = 0, budget_mb = 0;
-  int halvings = 0;  // of the photos, to stay within the budget
+  bool on_demand = false;  // photos come and go, because not all fit
   std::vector<std::string> photo_names;
   int nearest_photo = -1;
   std::vector<std::string> proxies;

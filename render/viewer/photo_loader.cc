@@ -3,35 +3,11 @@
 #include <algorithm>
 #include <exception>
 
-#include "render/viewer/navigation.h"
 #include "scene/program/out_of_memory.h"
 
 namespace lumi {
 
-PhotoBudget PlanPhotos(const Scene& scene, std::size_t budget_bytes) {
-  int largest = 1;
-  for (const View& v : scene.views)
-    largest = std::max({largest, scene.CameraOf(v).width_px, scene.CameraOf(v).height_px});
-  PhotoBudget plan;
-  for (int halvings = 0;; ++halvings) {
-    plan.max_side_px = std::max(1, largest >> halvings);
-    plan.sizes_px.clear();
-    plan.bytes = 0;
-    for (const View& v : scene.views) {
-      Eigen::Vector2i size(scene.CameraOf(v).width_px, scene.CameraOf(v).height_px);
-      while (size.maxCoeff() > plan.max_side_px) size = (size / 2).cwiseMax(1);
-      plan.sizes_px.push_back(size);
-      plan.bytes += static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 16 / 3;
-    }
-    if (plan.bytes <= budget_bytes || plan.max_side_px == 1) return plan;
-  }
-}
-
-PhotoLoader::PhotoLoader(const Scene& scene, int max_side_px, int threads)
-    : scene_(scene),
-      options_{max_side_px, true},
-      pending_(scene.views.size(), true),
-      untaken_(static_cast<int>(scene.views.size())) {
+PhotoLoader::PhotoLoader(const Scene& scene, int threads) : scene_(scene), under_way_(scene.views.size(), false) {
   for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Work(); });
 }
 
@@ -40,13 +16,19 @@ PhotoLoader::~PhotoLoader() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
-  room_.notify_all();
+  more_.notify_all();
   for (std::thread& t : threads_) t.join();
 }
 
-void PhotoLoader::SetFocus(const Rigid3& cam_from_world) {
-  const std::lock_guard lock(mutex_);
-  focus_ = cam_from_world;
+void PhotoLoader::Ask(std::span<const std::int32_t> views) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.clear();
+    for (const std::int32_t v : views)
+      if (!under_way_[static_cast<std::size_t>(v)]) queue_.push_back(v);
+    std::ranges::reverse(queue_);
+  }
+  more_.notify_all();
 }
 
 void PhotoLoader::Work() {
@@ -54,21 +36,22 @@ void PhotoLoader::Work() {
     Loaded loaded;
     {
       std::unique_lock lock(mutex_);
-      room_.wait(lock, [this] { return stop_ || ready_.size() < kMaxReady; });
+      more_.wait(lock, [this] { return stop_ || (!queue_.empty() && ready_.size() < kMaxReady); });
       if (stop_) return;
-      const int next = NearestView(scene_, focus_, pending_);
-      if (next < 0) return;
-      pending_[static_cast<std::size_t>(next)] = false;
-      loaded.view = ViewId{next};
+      loaded.view = ViewId{queue_.back()};
+      queue_.pop_back();
+      under_way_[static_cast<std::size_t>(loaded.view.value)] = true;
+      ++reading_;
     }
     try {
-      loaded.photo = LoadPhoto(scene_, loaded.view, options_);
+      loaded.photo = LoadPhoto(scene_, loaded.view, {});
     } catch (const std::exception& e) {
       MemoryIsBack();
       loaded.photo = {};
       loaded.error = e.what();
     }
     const std::lock_guard lock(mutex_);
+    --reading_;
     ready_.push_back(std::move(loaded));
   }
 }
@@ -80,15 +63,15 @@ std::optional<PhotoLoader::Loaded> PhotoLoader::Take() {
     if (ready_.empty()) return taken;
     taken = std::move(ready_.front());
     ready_.erase(ready_.begin());
-    --untaken_;
+    under_way_[static_cast<std::size_t>(taken->view.value)] = false;
   }
-  room_.notify_one();
+  more_.notify_one();
   return taken;
 }
 
 int PhotoLoader::outstanding() const {
   const std::lock_guard lock(mutex_);
-  return untaken_;
+  return static_cast<int>(queue_.size() + ready_.size()) + reading_;
 }
 
 }  // namespace lumi

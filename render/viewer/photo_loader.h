@@ -1,11 +1,12 @@
-// Loads a scene's photos in the background, those near the current view first, halved so that all of them together stay
-// within a budget.
+// Reads a scene's photos in the background, in the order that they are asked for.
 #pragma once
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,24 +16,17 @@
 
 namespace lumi {
 
-struct PhotoBudget {
-  int max_side_px = 0;                    // for PhotoOptions; 0: full size
-  std::vector<Eigen::Vector2i> sizes_px;  // of each photo's level 0 in memory
-  std::size_t bytes = 0;                  // of all of them with their pyramids, four bytes a pixel
-};
-// The largest halving of the photos that fits into budget_bytes.
-PhotoBudget PlanPhotos(const Scene& scene, std::size_t budget_bytes);
-
 class PhotoLoader {
  public:
   // The scene must outlive the loader. threads >= 1.
-  PhotoLoader(const Scene& scene, int max_side_px, int threads);
+  PhotoLoader(const Scene& scene, int threads);
   ~PhotoLoader();  // waits for the photos that are being read
   PhotoLoader(const PhotoLoader&) = delete;
   PhotoLoader& operator=(const PhotoLoader&) = delete;
 
-  // Photos are taken in the order of their distance to this camera from now on.
-  void SetFocus(const Rigid3& cam_from_world);
+  // From now on these are read, each named once, the first ones first; earlier wishes are forgotten. A photo that is
+  // being read, or waits to be taken, is not read again.
+  void Ask(std::span<const std::int32_t> views);
 
   struct Loaded {
     ViewId view;
@@ -41,7 +35,7 @@ class PhotoLoader {
   };
   // One that is ready, or nullopt. Thread-safe.
   std::optional<Loaded> Take();
-  // Photos that Take has not given yet.
+  // Photos that were asked for, or are being read, and that Take has not given yet.
   int outstanding() const;
 
  private:
@@ -51,13 +45,12 @@ class PhotoLoader {
   static constexpr std::size_t kMaxReady = 6;
 
   const Scene& scene_;
-  const PhotoOptions options_;
   mutable std::mutex mutex_;
-  std::condition_variable room_;
-  std::vector<bool> pending_;
-  int untaken_ = 0;
+  std::condition_variable more_;
+  std::vector<std::int32_t> queue_;  // the next one last
+  std::vector<bool> under_way_;      // being read or ready
+  int reading_ = 0;
   std::vector<Loaded> ready_;
-  Rigid3 focus_;
   bool stop_ = false;
   std::vector<std::thread> threads_;
 };

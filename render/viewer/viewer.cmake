@@ -37,6 +37,7 @@ lumi_library(lumi_view COLD
     ${CMAKE_CURRENT_LIST_DIR}/viewer_input.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_jobs.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_path.cc
+    ${CMAKE_CURRENT_LIST_DIR}/viewer_photos.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_refine.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_scale.cc
     ${CMAKE_CURRENT_LIST_DIR}/viewer_script.cc

@@ -14,7 +14,7 @@ struct ViewerOptions : LumigraphOptions {  // settings: at the start; effects le
   std::string proxy;                       // name, empty: the active one
   std::string view;                        // photo whose camera is the start: name or position; empty: the middle one
   int width_px = 1280, height_px = 800;    // of the window, where `decided` has them; else as it was the last time
-  int memory_mb = 2048;                    // for the photos, with their pyramids
+  int memory_mb = 2048;                    // of the program, graphics memory included
   std::filesystem::path screenshot;        // written when everything is loaded; then the viewer ends
   std::string script;                      // statements (script.h); the viewer ends after the last
   bool panel = true;                       // is shown at the start

@@ -19,7 +19,8 @@ constexpr double kIdleWait_s = 0.2;      // between frames when nothing happens
 constexpr double kLoadingWait_s = 0.02;  // leaves the cores to the photos
 constexpr double kRefiningWait_s = 0.1;  // leaves the cores to the refined picture
 constexpr double kFirstHelp_s = 20;
-constexpr double kSmoothing = 0.1;  // of times that are shown
+constexpr double kSmoothing = 0.1;     // of times that are shown
+constexpr std::size_t kRestShare = 5;  // one in so many bytes for photos is for those of the picture at rest
 
 }  // namespace
 
@@ -32,11 +33,10 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
       progress_(progress),
       effects_(opened.effects),
       decided_(options.decided),
-      budget_(PlanPhotos(scene_, static_cast<std::size_t>(options.memory_mb) * static_cast<std::size_t>(kMb))),
-      gl_(MakeSources(scene_), budget_.sizes_px),
+      photo_room_(RoomForPhotos(*opened.proxy.visibility)),
+      gl_(MakeSources(scene_), PhotoSizes(), photo_room_ - photo_room_ / kRestShare),
       painter_(gl_, PainterOptions{}),
       path_(opened.path),
-      arriving_{NewLoader(), std::vector<Photo>(scene_.views.size())},
       steering_{StateOfView(scene_, StartView()),
                 Navigator(StateOfView(scene_, StartView()), scene_.up, 1.0 / scene_.normalized_from_world.scale)},
       moving_{{}, StripPainter(gl_)},
@@ -57,15 +57,18 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   settings_.panel = options.show_ui && options.panel;
   settings_.budget_ms = options.budget_ms;
   settings_.refine = options.refine;
-  arriving_.loader->SetFocus(steering_.home.cam_from_world);
   SetProxy(std::move(opened.proxy));
+  size_px_ = window.FramebufferSize().cwiseMax(1);
+  rest_.photo_bytes = photo_room_ / kRestShare;
+  if (!OnDemand()) arriving_.small_photos.resize(scene_.views.size());
+  ReadAll();
   for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
   facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
   if (facts_.scene.empty()) facts_.scene = "lumigraph";
   facts_.device = GlDeviceName();
   facts_.photos_total = static_cast<int>(scene_.views.size());
   facts_.budget_mb = options.memory_mb;
-  for (int side = budget_.max_side_px; 2 * side <= LargestSide(); side *= 2) ++facts_.halvings;
+  facts_.on_demand = OnDemand();
   facts_.proxies = ListProxies(scene_.folder);
   facts_.effects = effects_.effects;
   PathEdited();
@@ -217,7 +220,7 @@ void Viewer::Steer(const WindowInput& input, double dt_s) {
 }
 
 void Viewer::Paint() {
-  arriving_.loader->SetFocus(steering_.navigator.state().cam_from_world);
+  AskForPhotos();
   KeepBudget();
   drawn_.changed = PaintPicture();
   StepJobs();
@@ -283,7 +286,7 @@ void Viewer::End() {
 
 void Viewer::Summarise(JsonKeys& j) {
   j("photos_loaded", facts_.photos_loaded, "photos_total", facts_.photos_total, "photos_failed", facts_.photos_failed);
-  j("photo_mb", facts_.photo_mb, "max_side_px", budget_.max_side_px, "proxy", facts_.proxy, "device", facts_.device);
+  j("photo_mb", facts_.photo_mb, "on_demand", OnDemand(), "proxy", facts_.proxy, "device", facts_.device);
   j("settings", settings_.radiance, "refused", facts_.problem).Say("moving", moving_.budget.name());
   j.Say("refined", RefinementSummary()).Say("keys", path_.keys.size());
   j("metres_per_unit", facts_.metres_per_unit);

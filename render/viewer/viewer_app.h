@@ -1,4 +1,5 @@
-// The viewer with a free camera. viewer_app.cc draws a frame; viewer_arrivals.cc takes photos and proxies,
+// The viewer with a free camera. viewer_app.cc draws a frame; viewer_photos.cc takes photos, viewer_arrivals.cc
+// what else comes from other threads,
 // viewer_input.cc handles input, viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures,
 // viewer_refine.cc refines the picture at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs a
 // script's statements.
@@ -68,12 +69,6 @@ class Viewer final : public ViewSession {
   ViewId StartView() const {
     return {options_.view.empty() ? static_cast<int>(scene_.views.size()) / 2 : FindView(scene_, options_.view)};
   }
-  int LargestSide() const {
-    int side = 1;
-    for (const View& v : scene_.views)
-      side = std::max({side, scene_.CameraOf(v).width_px, scene_.CameraOf(v).height_px});
-    return side;
-  }
   // Reports a failure that the window survives; with a script, it is thrown again and ends the viewer.
   void Complain(const Error& e) {
     if (script_.given) throw;
@@ -81,15 +76,28 @@ class Viewer final : public ViewSession {
   }
 
   void SetProxy(PreparedProxy proxy);
+  // viewer_photos.cc
+  std::vector<Eigen::Vector2i> PhotoSizes() const;
+  std::size_t RoomForPhotos(const VisibilityMaps& maps) const;
+  bool OnDemand() const { return gl_.slots() != nullptr; }  // photos come and go: not all fit into graphics memory
+  void ReadAll();
+  void AskForPhotos();
+  void AskForMissing();
+  void WantOnDemand(const RenderRequest& request, const RenderRequest* ahead);
+  std::optional<RenderRequest> RequestAhead(const RenderRequest& now) const;
+  bool PhotosAreHere(const RenderRequest& request);
   void TakePhotos();
+  void Keep(PhotoLoader::Loaded loaded);
+  void KeepForExposure(ViewId view, const Photo& photo);
+  int PhotosOpen() const;  // that the picture waits for
+
   void TakeProxy();
   void WishProxy(const std::string& name);
-  void KeepForExposure(ViewId view, const Photo& photo);
   void TakeEstimates();
   void ReadCorrected();
   Sources SourcesAsDrawn() const;
   std::unique_ptr<PhotoLoader> NewLoader() const {
-    return std::make_unique<PhotoLoader>(scene_, budget_.max_side_px, std::clamp(ThreadCount() - 1, 1, 6));
+    return std::make_unique<PhotoLoader>(scene_, std::clamp(ThreadCount() - 1, 1, 6));
   }
   bool Move(const WindowInput& input, double dt_s);
   void Key(int key);
@@ -121,7 +129,7 @@ class Viewer final : public ViewSession {
   void KeepFacts();
   void DrawPath(const Overlay::Eye& eye);
   std::filesystem::path FreeScreenshotName() const;
-  bool Loading() const { return arriving_.loader->outstanding() > 0 || arriving_.new_photos; }
+  bool Loading() const { return PhotosOpen() > 0 || arriving_.new_photos; }
   bool Settled() const {
     return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted;
   }  // nothing changes by itself
@@ -131,8 +139,9 @@ class Viewer final : public ViewSession {
   RadianceSettings Drawn() const;
   std::optional<RenderRequest> WantedRefinement() const;
   void StepRefinement(bool changed, bool moving);
-  bool RefinementOpen() const;  // there will be another picture at rest
-  bool KeepPhotos();            // for refinement; returns whether all are loaded
+  bool RefinementOpen() const;                   // there will be another picture at rest
+  bool KeepPhotos(const RenderRequest& wanted);  // for refinement; returns whether all are loaded
+  void KeepPhotosOf(const RenderRequest& wanted);
   void StopRefining();
   JsonKeys RefinementSummary() const;
 
@@ -183,8 +192,14 @@ class Viewer final : public ViewSession {
 
   // What comes from other threads.
   struct Arrivals {
-    std::unique_ptr<PhotoLoader> loader;
-    std::vector<Photo> small_photos = {};  // until exposures are known
+    std::unique_ptr<PhotoLoader> loader = {};
+    std::vector<bool> open = {};    // photos that are still to be read, where all are held
+    std::vector<bool> needed = {};  // on demand: photos that the picture asked for last is blended from, ...
+    int needed_open = 0;            // ... and how many of them are still to come
+    std::optional<RenderView> asked_view = {};  // that photos were asked for last
+    RadianceSettings asked_settings = {};
+    Clock::time_point asked = {};
+    std::vector<Photo> small_photos = {};  // until exposures are known; none on demand
     std::future<PhotoEstimates> estimates = {};
     std::optional<PhotoEstimates> estimated = {};  // the result of `estimates`
     // The gain that each photo is currently drawn with, while all are read again with other corrections; else empty.
@@ -220,7 +235,9 @@ class Viewer final : public ViewSession {
   // The picture at rest. The photos given to the refiner are never changed, only replaced.
   struct Rest {
     std::shared_ptr<std::vector<Photo>> photos = {};
-    bool photos_missing = false;  // photos arrived while refinement was off, and were not kept
+    bool photos_missing = false;               // photos arrived while refinement was off, and were not kept
+    std::optional<RenderView> photos_of = {};  // on demand: the view whose photos are kept, ...
+    std::size_t photo_bytes = 0;               // ... as far as they fit into this
     std::unique_ptr<PhotoLoader> photos_reader = {};
     Refiner refiner = {};
     PictureTexture picture = {};  // empty: what painter_ draws is shown
@@ -262,9 +279,9 @@ class Viewer final : public ViewSession {
   Lumigraph& lumigraph_;
   const Scene& scene_;
   ProgressSink& progress_;
-  EffectChoice effects_;  // as the data call for them
-  Decided decided_;       // effects that the user decided
-  PhotoBudget budget_;
+  EffectChoice effects_;    // as the data call for them
+  Decided decided_;         // effects that the user decided
+  std::size_t photo_room_;  // bytes of memory for photos
   GlLumigraph gl_;
   FramePainter painter_;
   std::shared_ptr<const ProxyTracer> proxy_tracer_;

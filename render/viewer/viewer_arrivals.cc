@@ -1,4 +1,4 @@
-// What reaches the viewer from other threads: photos, their exposures, proxies.
+// What reaches the viewer from other threads beside photos: their exposures, proxies.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,14 +8,6 @@
 #include "scene/program/error.h"
 
 namespace lumi {
-namespace {
-
-constexpr double kLoadedRefresh_s = 0.35;  // photos that arrive are shown in batches
-constexpr double kUploadTime_s = 0.025;    // a frame
-constexpr int kExposureSide = 256;         // of the photos whose exposures are compared
-
-}  // namespace
-
 void Viewer::SetProxy(PreparedProxy proxy) {
   gl_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
   proxy_tracer_ = std::move(proxy.tracer);
@@ -24,26 +16,15 @@ void Viewer::SetProxy(PreparedProxy proxy) {
   ++generation_;
 }
 
-// A small copy, for the photos' exposures.
-void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
-  if (!arriving_.estimates_wanted) return;
-  std::size_t level = 0;
-  while (level + 1 < photo.levels.size() &&
-         std::max(photo.levels[level].width, photo.levels[level].height) > kExposureSide)
-    ++level;
-  Photo& kept = arriving_.small_photos[static_cast<std::size_t>(view.value)];
-  kept.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(level), photo.levels.end());
-  kept.level0_shift = photo.level0_shift + static_cast<int>(level);
-}
-
-// When all photos are loaded, estimates are made from them on another thread and then used for drawing. Exposures need
-// only small copies; other estimates need full photos and read them again.
+// When photos are loaded, estimates are made from all of them on another thread and then used for drawing. Exposures
+// need only small copies; other estimates, and all where photos come and go, need full photos and read them again.
 void Viewer::TakeEstimates() {
-  if (arriving_.estimates_wanted && !arriving_.estimates.valid() && arriving_.loader->outstanding() == 0) {
+  if (arriving_.estimates_wanted && !arriving_.estimates.valid() && !Loading()) {
     arriving_.estimates_wanted = false;
     const auto wanted = [decided = decided_](std::string_view effect) { return !decided.Has(effect); };
     arriving_.estimates = std::async(std::launch::async, [this, wanted, photos = std::move(arriving_.small_photos)] {
       const auto exposure = [](std::string_view effect) { return effect == measure::Exposure::kName; };
+      if (photos.empty()) return EstimateFromPhotos(scene_, nullptr, wanted, SilentProgress());
       const auto others = [&](std::string_view effect) { return !exposure(effect) && wanted(effect); };
       PhotoEstimates found = EstimateFromPhotos(scene_, nullptr, others, SilentProgress());
       found.exposures = EstimateFromPhotos(scene_, &photos, exposure, SilentProgress()).exposures;
@@ -86,11 +67,20 @@ void Viewer::ReadCorrected() {
   if (wanted == lumigraph_.corrections() || Working() || arriving_.proxy.valid() || heat_.drawing.valid()) return;
   StopRefining();
   rest_.photos_reader.reset();
+  rest_.photos_of.reset();
   rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
   rest_.photos_missing = false;
-  for (const View& v : scene_.views) arriving_.gains.push_back(v.gain);
+  if (OnDemand())
+    gl_.DropPhotos();
+  else
+    for (const View& v : scene_.views) arriving_.gains.push_back(v.gain);
+  arriving_.loader.reset();  // it reads the scene's views, which change now
   lumigraph_.Correct(*arriving_.estimated, wanted);
-  arriving_.loader = NewLoader();
+  if (OnDemand()) {
+    gl_.SetCameras(MakeSources(scene_));
+    ++generation_;
+  }
+  ReadAll();
 }
 
 // The cameras, each with the gain of the pixels that it is drawn with.
@@ -98,46 +88,6 @@ Sources Viewer::SourcesAsDrawn() const {
   Sources sources = MakeSources(scene_);
   for (std::size_t i = 0; i < arriving_.gains.size(); ++i) sources.views[i].gain = arriving_.gains[i];
   return sources;
-}
-
-void Viewer::TakePhotos() {
-  const auto start = Clock::now();
-  while (SecondsSince(start) < kUploadTime_s) {
-    std::optional<PhotoLoader::Loaded> loaded = arriving_.loader->Take();
-    if (!loaded) break;
-    const Image8* first = loaded->photo.levels.empty() ? nullptr : &loaded->photo.levels.front();
-    const Eigen::Vector2i planned = budget_.sizes_px[static_cast<std::size_t>(loaded->view.value)];
-    if (first != nullptr && (first->width != planned.x() || first->height != planned.y()))
-      loaded->error = scene_.views[static_cast<std::size_t>(loaded->view.value)].name + " is not of its camera's size";
-    if (!loaded->error.empty()) {
-      ++facts_.photos_failed;
-      progress_.Message(loaded->error);
-      Say(loaded->error);
-      continue;
-    }
-    gl_.Upload(loaded->view, loaded->photo);
-    if (!arriving_.gains.empty()) {
-      const auto v = static_cast<std::size_t>(loaded->view.value);
-      arriving_.gains[v] = scene_.views[v].gain;
-      gl_.SetCameras(SourcesAsDrawn());
-    }
-    KeepForExposure(loaded->view, loaded->photo);
-    if (settings_.Refines())
-      (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
-    else
-      rest_.photos_missing = true;
-    arriving_.new_photos = true;
-  }
-  if (facts_.photos_failed == facts_.photos_total)
-    throw InputError(scene_.image_folder, "none of the photos could be read: " + message());
-  facts_.photos_loaded = gl_.photo_count();
-  facts_.photo_mb = static_cast<double>(gl_.photo_bytes()) / kMb;
-  if (arriving_.new_photos &&
-      (arriving_.loader->outstanding() == 0 || SecondsSince(arriving_.last_refresh) > kLoadedRefresh_s)) {
-    ++generation_;
-    arriving_.new_photos = false;
-    arriving_.last_refresh = Clock::now();
-  }
 }
 
 void Viewer::WishProxy(const std::string& name) {

@@ -106,6 +106,7 @@ void Viewer::StepPathRecording(double step_ms, bool undisturbed) {
       request.view = MakeRenderView(PoseOnPath(r.path, start + t), r.size_px.x(), r.size_px.y());
       // If time plays in the window, it also plays in the video.
       if (settings_.play_time) request.settings.time_s += t;
+      if (!PhotosAreHere(request)) return;
       r.painter.Start(request);
       ++r.next;
     }
@@ -173,7 +174,7 @@ void Viewer::StepJobs() {
   const double step_ms = undisturbed ? kStep_ms : 0;
   try {
     if (step && jobs_.path_recording) StepPathRecording(step_ms, undisturbed);
-    if (step && jobs_.probe.busy() && !jobs_.path_recording && !Loading()) {
+    if (step && jobs_.probe.busy() && !jobs_.path_recording && PhotosAreHere(jobs_.probe.Request()) && !Loading()) {
       if (jobs_.probe.drawing()) painter_.Disturbed();
       if (auto measured = jobs_.probe.Step(step_ms, undisturbed)) {
         ShowDifference(measured->difference);

@@ -1,6 +1,7 @@
 // The picture at rest: when the picture by optimal weights at every pixel is complete, it replaces that of the graphics
 // processor, until anything else is to be shown.
 #include <algorithm>
+#include <numeric>
 
 #include "render/settings_json.h"
 #include "render/viewer/viewer_app.h"
@@ -79,7 +80,7 @@ void Viewer::StepRefinement(bool changed, bool moving) {
       Say(picture->problem);
     }
   }
-  if (wanted && RefinementOpen() && !rest_.refiner.busy() && KeepPhotos() && painter_.complete() &&
+  if (wanted && RefinementOpen() && !rest_.refiner.busy() && KeepPhotos(*wanted) && painter_.complete() &&
       moving_.budget.ToProbe() == nullptr && SecondsSince(rest_.since) >= kRest_s)
     rest_.refiner.Start({*wanted, gl_.sources(), proxy_tracer_, gl_.visibility(), rest_.photos});
   facts_.refined = !rest_.picture.empty();
@@ -88,16 +89,46 @@ void Viewer::StepRefinement(bool changed, bool moving) {
   facts_.refinement_s = rest_.seconds;
 }
 
-// Reads photos again that were not kept when they arrived, because refinement was off.
-bool Viewer::KeepPhotos() {
+// Of all photos: those that a picture of this view is blended from, as far as they fit beside graphics memory.
+void Viewer::KeepPhotosOf(const RenderRequest& wanted) {
+  std::vector<std::int32_t> ask;
+  std::size_t bytes = 0;
+  auto photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
+  const bool shared = rest_.photos.use_count() > 1;
+  for (const std::int32_t view : gl_.PhotosWanted(wanted)) {
+    const auto v = static_cast<std::size_t>(view);
+    const Camera& camera = scene_.CameraOf(scene_.views[v]);
+    const std::size_t more = PhotoCache::BytesOf(Eigen::Vector2i(camera.width_px, camera.height_px));
+    if (bytes > 0 && bytes + more > rest_.photo_bytes) break;
+    bytes += more;
+    Photo& have = (*rest_.photos)[v];
+    if (have.levels.empty())
+      ask.push_back(view);
+    else
+      (*photos)[v] = shared ? have : std::move(have);
+  }
+  rest_.photos = std::move(photos);
+  rest_.photos_of = wanted.view;
+  rest_.photos_missing = true;
+  rest_.photos_reader = NewLoader();
+  rest_.photos_reader->Ask(ask);
+}
+
+// Reads photos again that were not kept when they arrived, because refinement was off, or because they come and go.
+bool Viewer::KeepPhotos(const RenderRequest& wanted) {
   if (!Settled()) return false;
+  if (OnDemand() && (!rest_.photos_of || rest_.photos_of->P != wanted.view.P)) KeepPhotosOf(wanted);
   if (!rest_.photos_missing) return true;
   if (!rest_.photos_reader) {
     rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
     rest_.photos_reader = NewLoader();
+    std::vector<std::int32_t> all(scene_.views.size());
+    std::iota(all.begin(), all.end(), 0);
+    rest_.photos_reader->Ask(all);
   }
   while (auto loaded = rest_.photos_reader->Take())
-    if (gl_.Has(loaded->view)) (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
+    if (OnDemand() || gl_.Has(loaded->view))
+      (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
   if (rest_.photos_reader->outstanding() > 0) return false;
   rest_.photos_reader.reset();
   rest_.photos_missing = false;

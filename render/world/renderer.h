@@ -1,6 +1,8 @@
 // What the two backends have in common: a view in, a picture out.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -13,7 +15,6 @@
 #include "render/radiance/settings.h"
 #include "render/world/picture_world.h"
 #include "scene/model/image.h"
-#include "scene/program/error.h"
 
 namespace lumi {
 
@@ -30,7 +31,9 @@ enum class Show {
 struct RenderStatistics {
   double plan_ms = 0, blend_ms = 0;  // 0 where the two are one (a weight a pixel)
   double bring_ms = 0;               // reading photos that were not in memory (BringBy)
-  long samples = 0;                  // rays at which weights were computed; 0: every pixel
+  int halved = 0;               // the most often that photos of the picture were halved, for lack of graphics memory
+  std::size_t photo_bytes = 0;  // of the photos in graphics memory, where not all of them are
+  long samples = 0;             // rays at which weights were computed; 0: every pixel
   long triangles = 0;
   OptimumCounts optimum;
   double window_coverage = 0;  // shares of the pixels that are seen by photos of the picture's window in time ...
@@ -54,6 +57,15 @@ class Renderer {
   virtual RenderStatistics Statistics() const { return {}; }
 };
 
+// How a renderer gets photos that are not all in memory.
+struct PhotoSupply {
+  // Brings these into the vector of photos that the renderer was made with, each named once; others may go
+  // (PhotoCache).
+  std::function<void(std::span<const std::int32_t>)> bring;
+  std::size_t at_once_bytes = 0;   // of photos with their pyramids that it can bring without halving them
+  std::size_t graphics_bytes = 0;  // that photos may take in graphics memory
+};
+
 // Blends the pictures of one world after another. A request's view is in the world, and `use` has one entry a camera of
 // it.
 class WorldRenderer : public Renderer {
@@ -61,14 +73,8 @@ class WorldRenderer : public Renderer {
   // Sets the world from the next picture on, with as many cameras as before. If a camera now belongs to another view,
   // its place in the photo vector that the renderer was made with holds that view's photo, of the camera's size.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
-  // From the next picture on, `bring` is called before photos are read, with the cameras that the picture is blended
-  // from, each once; other photos may then have no levels (PhotoCache). A renderer that holds all photos throws
-  // MachineError.
-  virtual void BringBy(std::function<void(std::span<const std::int32_t>)> bring) {
-    if (bring)
-      throw MachineError("the photos do not fit into --memory-mb, and this backend holds all of them",
-                         "use --backend cpu, or give more --memory-mb");
-  }
+  // Before the first picture: from now on, photos that a picture is blended from are brought before it is blended.
+  virtual void BringBy(PhotoSupply supply) = 0;
 };
 
 // photos: one a camera of the world, those without levels may come later. They must outlive the renderer.

@@ -1,5 +1,5 @@
 # Tests of the OpenGL backend and of the viewer. Included by tests/render/CMakeLists.txt.
-lumi_test(gl_renderer_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_hole_fill_test.cc ${CMAKE_CURRENT_LIST_DIR}/gl_renderer_test.cc
+lumi_test(gl_renderer_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_hole_fill_test.cc ${CMAKE_CURRENT_LIST_DIR}/gl_photos_on_demand_test.cc ${CMAKE_CURRENT_LIST_DIR}/gl_renderer_test.cc
   LIBS lumi_render_gl lumi_render lumi_scene PkgConfig::EPOXY SECONDS 20)
 lumi_test(gl_weights_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/gl_weights_test.cc ${CMAKE_CURRENT_LIST_DIR}/gl_every_measure_test.cc
   LIBS lumi_render_gl lumi_render lumi_scene SECONDS 20)

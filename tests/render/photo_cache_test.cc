@@ -121,7 +121,7 @@ TEST_F(PhotosOnDisk, PicturesAreTheSameAsWithAllPhotosInMemory) {
   for (const RadianceSettings& settings : {pixel, candidates, interpolated, cells, optimum, published}) {
     PhotoCache cache(capture_.scene, kPhotos * one_);
     const auto some = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos());
-    some->BringBy([&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); });
+    some->BringBy({[&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); }});
     std::size_t fewest = kPhotos;
     for (const int at : {0, 8, 4}) {
       // Narrow, and nobody's own view: some photos do not see it.
@@ -139,7 +139,7 @@ TEST_F(PhotosOnDisk, PicturesAreTheSameAsWithAllPhotosInMemory) {
 TEST_F(PhotosOnDisk, FalseColoursNeedNoPhotos) {
   PhotoCache cache(capture_.scene, one_);
   const auto renderer = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos());
-  renderer->BringBy([&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); });
+  renderer->BringBy({[&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); }});
   RenderRequest request;
   request.view = MakeRenderView(capture_.scene, capture_.scene.views[4]);
   request.show = Show::kFalseColor;

@@ -279,18 +279,6 @@ TEST(OptimalSettingsTest, AreValidWhereTheSettingsAreAndKeepWhatTheOptimumReads)
   EXPECT_FALSE(optimal.field_of_view);
 }
 
-TEST(PhotoBudget, HalvesUntilThePhotosFit) {
-  const test::World w = test::MakeWorld(10, 160);
-  const PhotoBudget whole = PlanPhotos(w.scene, 1000000000);
-  EXPECT_EQ(whole.sizes_px[0], Eigen::Vector2i(160, 120));
-  EXPECT_EQ(whole.sizes_px[2], Eigen::Vector2i(117, 155));
-  const PhotoBudget less = PlanPhotos(w.scene, whole.bytes / 2);
-  EXPECT_LE(less.bytes, whole.bytes / 2);
-  EXPECT_EQ(less.sizes_px[0], Eigen::Vector2i(80, 60));
-  EXPECT_EQ(less.sizes_px[2], Eigen::Vector2i(58, 77));
-  EXPECT_EQ(PlanPhotos(w.scene, 1).max_side_px, 1);  // nothing smaller exists
-}
-
 class Loading : public testing::Test {
  protected:
   void SetUp() override {
@@ -319,24 +307,39 @@ class Loading : public testing::Test {
   test::World world_;
 };
 
-TEST_F(Loading, GivesEveryPhotoOnceInThePlannedSize) {
-  const PhotoBudget plan = PlanPhotos(world_.scene, 60000);
-  EXPECT_LT(plan.max_side_px, 64);
-  PhotoLoader loader(world_.scene, plan.max_side_px, 3);
+TEST_F(Loading, GivesEveryPhotoOnce) {
+  PhotoLoader loader(world_.scene, 3);
+  EXPECT_EQ(loader.outstanding(), 0);
+  loader.Ask(std::vector<std::int32_t>{8, 7, 6, 5, 4, 3, 2, 1, 0});
   std::set<int> seen;
   for (const auto& l : TakeAll(loader)) {
     EXPECT_TRUE(l.error.empty()) << l.error;
     EXPECT_TRUE(seen.insert(l.view.value).second);
-    const Eigen::Vector2i planned = plan.sizes_px[static_cast<std::size_t>(l.view.value)];
-    EXPECT_EQ(l.photo.levels.at(0).width, planned.x());
-    EXPECT_EQ(l.photo.levels.at(0).height, planned.y());
+    const auto v = static_cast<std::size_t>(l.view.value);
+    EXPECT_EQ(l.photo.levels.at(0).data, world_.photos[v].levels[0].data);
+    EXPECT_EQ(l.photo.levels.size(), world_.photos[v].levels.size());
   }
   EXPECT_EQ(seen.size(), 9U);
 }
 
+TEST_F(Loading, TheLastWishCounts) {
+  PhotoLoader loader(world_.scene, 1);
+  loader.Ask(std::vector<std::int32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8});
+  loader.Ask(std::vector<std::int32_t>{5, 3});
+  std::vector<int> order;
+  for (const auto& l : TakeAll(loader)) order.push_back(l.view.value);
+  // One may have been begun by then.
+  if (order.size() == 3) order.erase(order.begin());
+  EXPECT_EQ(order, (std::vector<int>{5, 3}));
+  // What was taken can be asked for again.
+  loader.Ask(std::vector<std::int32_t>{3});
+  EXPECT_EQ(TakeAll(loader).size(), 1U);
+}
+
 TEST_F(Loading, NamesAPhotoThatCannotBeRead) {
   std::filesystem::remove(folder_ / world_.scene.views[4].name);
-  PhotoLoader loader(world_.scene, 0, 2);
+  PhotoLoader loader(world_.scene, 2);
+  loader.Ask(std::vector<std::int32_t>{0, 4, 8});
   int failed = 0;
   for (const auto& l : TakeAll(loader)) {
     if (l.error.empty()) continue;
@@ -348,7 +351,10 @@ TEST_F(Loading, NamesAPhotoThatCannotBeRead) {
 }
 
 TEST_F(Loading, EndsWhileItLoads) {
-  for (int i = 0; i < 5; ++i) PhotoLoader loader(world_.scene, 0, 2);  // destroyed at once: no hang, no crash
+  for (int i = 0; i < 5; ++i) {  // destroyed at once: no hang, no crash
+    PhotoLoader loader(world_.scene, 2);
+    loader.Ask(std::vector<std::int32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8});
+  }
   SUCCEED();
 }
 
