@@ -89,7 +89,8 @@ class Viewer final : public ViewSession {
   void TakePhotos();
   void Keep(PhotoLoader::Loaded loaded);
   void KeepForExposure(ViewId view, const Photo& photo);
-  int PhotosOpen() const;  // that the picture waits for
+  int PhotosOpen() const;     // that the picture waits for
+  bool AskedForThis() const;  // the photos of the view as it is now were asked for
 
   void TakeProxy();
   void WishProxy(const std::string& name);
@@ -131,7 +132,7 @@ class Viewer final : public ViewSession {
   std::filesystem::path FreeScreenshotName() const;
   bool Loading() const { return PhotosOpen() > 0 || arriving_.new_photos; }
   bool Settled() const {
-    return !Loading() && !arriving_.estimates.valid() && !arriving_.estimates_wanted;
+    return !Loading() && AskedForThis() && !arriving_.estimates.valid() && !arriving_.estimates_wanted;
   }  // nothing changes by itself
   bool Working() const { return jobs_.probe.busy() || jobs_.path_recording || jobs_.live_recording; }
 

@@ -208,6 +208,11 @@ void Viewer::TakePhotos() {
   }
 }
 
+bool Viewer::AskedForThis() const {
+  return !OnDemand() || jobs_.path_recording || jobs_.probe.busy() ||
+         (arriving_.asked_view && arriving_.asked_view->P == Request(size_px_, Drawn()).view.P);
+}
+
 int Viewer::PhotosOpen() const { return OnDemand() ? arriving_.needed_open : arriving_.loader->outstanding(); }
 
 }  // namespace lumi

@@ -136,7 +136,7 @@ TEST_F(ViewerWindow, PhotosThatDoNotFitComeAndGo) {
   WriteScene(world_.scene, folder_);
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   const std::string script = "wait; " + std::string(kBetween) + "key-add; path-save " + file("path.json") +
-                             "; screenshot " + file("plain.png") + "; refine on; wait; screenshot " +
+                             "; wait; screenshot " + file("plain.png") + "; refine on; wait; screenshot " +
                              file("refined.png") + "; refine off; jump 1; key-add; jump 5; key-add; measure; record " +
                              file("film.mp4");
   const Result r = RunViewer({"--no-ui", "--memory-mb", "16", "--effects", "fov,visibility", "--k", "2", "--width",
