@@ -131,6 +131,8 @@ void KeepFidelity(RenderJob& job) {
 }
 
 void MeasureCosts(RenderJob& job) {
+  // Without an effect other photos are wanted: reading them is not what it costs.
+  if (job.lumigraph.cache() != nullptr) return;
   const RenderView& first = job.wanted.views.front();
   EffectChoice choice{job.lumigraph.At(first), job.lumigraph.effects()};
   MeasureEffects(*job.renderer, first, job.wanted.use, choice);

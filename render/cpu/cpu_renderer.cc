@@ -13,6 +13,7 @@
 #include "render/photos/most_used.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse/sparse_plan.h"
+#include "render/world/photos_wanted.h"
 #include "render/world/renderer.h"
 #include "render/world/visibility_maps.h"
 #include "scene/program/interrupt.h"
@@ -25,7 +26,8 @@ namespace {
 
 class CpuRenderer final : public WorldRenderer {
  public:
-  CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos) : photos_(photos) {
+  CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, PhotoSupply supply)
+      : photos_(photos), bring_(std::move(supply.bring)) {
     Enter(std::move(world));
   }
 
@@ -60,8 +62,6 @@ class CpuRenderer final : public WorldRenderer {
     for (const std::int32_t view : world_->photos) colors_.push_back(SourceColor(view));
   }
 
-  void BringBy(PhotoSupply supply) override { bring_ = std::move(supply.bring); }
-
   std::string Device() const override {
     const char* simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
     return "CPU, " + std::to_string(ThreadCount()) + " threads, " + simd;
@@ -74,7 +74,8 @@ class CpuRenderer final : public WorldRenderer {
                         ImageF& image) {
     const ViewSetup weighed = Weighed(world_->sources, setup, *proxy_);
     if (bring_ && request.show != Show::kFalseColor)
-      Bring(CamerasOfPixels(world_->sources, weighed, *proxy_, visibility, InterruptRequested, request.view.size_px));
+      Bring(Whole(
+          CamerasOfPixels(world_->sources, weighed, *proxy_, visibility, InterruptRequested, request.view.size_px)));
     const Stopwatch watch;
     statistics_.optimum =
         RenderPixels(world_->sources, weighed, *proxy_, visibility,
@@ -91,7 +92,7 @@ class CpuRenderer final : public WorldRenderer {
     Stopwatch watch;
     PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
     statistics_.plan_ms = 1000 * watch.Lap();
-    if (request.show != Show::kFalseColor) Bring(candidates_.camera);
+    if (request.show != Show::kFalseColor) BringCandidates(setup);
     watch.Lap();
     ParallelFor(static_cast<std::size_t>(candidates_.cell_columns) * static_cast<std::size_t>(candidates_.cell_rows), 1,
                 [&](std::size_t begin, std::size_t end) {
@@ -121,17 +122,14 @@ class CpuRenderer final : public WorldRenderer {
     BlendSources sources;
     sources.gains = RelativeGains(world_->sources, setup);
     if (request.show == Show::kFalseColor) sources.colors = &colors_;
-    const auto take_photos = [&](const std::vector<std::int32_t>& cameras) {
-      if (request.show == Show::kFalseColor) return;
-      Bring(cameras);
-      sources.photos = &levels.emplace(photos_);
-    };
+    const bool colors = request.show != Show::kFalseColor;
     Stopwatch watch;
     const SparseGeometry* geometry = &plan_;
     if (request.settings.sampling == Sampling::kCandidates) {
       PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
       statistics_.plan_ms = 1000 * watch.Lap();
-      take_photos(candidates_.camera);
+      if (colors) BringCandidates(setup);
+      if (colors) sources.photos = &levels.emplace(photos_);
       watch.Lap();
       BlendCandidates(candidates_, setup, *proxy_, visibility, sources, image);
       geometry = &candidates_.geometry;
@@ -139,7 +137,8 @@ class CpuRenderer final : public WorldRenderer {
     } else {
       PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
       statistics_.plan_ms = 1000 * watch.Lap();
-      take_photos(plan_.camera);
+      if (colors) Bring(Whole(plan_.camera));
+      if (colors) sources.photos = &levels.emplace(photos_);
       watch.Lap();
       BlendSparse(plan_, setup, sources, image);
       statistics_.samples = plan_.samples;
@@ -155,10 +154,18 @@ class CpuRenderer final : public WorldRenderer {
   }
 
   // `cameras` may repeat; those that occur most often matter most.
-  void Bring(const std::vector<std::int32_t>& cameras) {
+  static std::vector<WantedPhoto> Whole(const std::vector<std::int32_t>& cameras) {
+    std::vector<WantedPhoto> wanted;
+    for (const std::int32_t c : MostUsedFirst(cameras)) wanted.push_back({c, 0});
+    return wanted;
+  }
+  void BringCandidates(const ViewSetup& setup) {
+    if (bring_) Bring(PhotosWanted(candidates_, setup, *proxy_), !setup.settings.prefilter);
+  }
+  void Bring(const std::vector<WantedPhoto>& wanted, bool exact = true) {
     if (!bring_) return;
     const Stopwatch watch;
-    bring_(MostUsedFirst(cameras));
+    bring_(wanted, exact);
     statistics_.bring_ms = 1000 * watch.Seconds();
   }
 
@@ -170,7 +177,7 @@ class CpuRenderer final : public WorldRenderer {
   std::shared_ptr<const PictureWorld> world_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
-  std::function<void(std::span<const std::int32_t>)> bring_;  // none: all photos are there
+  std::function<void(std::span<const WantedPhoto>, bool exact)> bring_;  // none: all photos are there
   bool occlusion_ = false;
   VisibilityMaps visibility_;  // made when first wanted
   std::vector<Eigen::Vector3f> colors_;
@@ -183,8 +190,8 @@ class CpuRenderer final : public WorldRenderer {
 }  // namespace
 
 std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world,
-                                               const std::vector<Photo>& photos) {
-  return std::make_unique<CpuRenderer>(std::move(world), photos);
+                                               const std::vector<Photo>& photos, PhotoSupply supply) {
+  return std::make_unique<CpuRenderer>(std::move(world), photos, std::move(supply));
 }
 
 }  // namespace lumi

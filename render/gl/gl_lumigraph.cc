@@ -12,8 +12,8 @@
 
 #include "render/gl/gl_lumigraph_parts.h"
 #include "render/gl/shader_parts.h"
-#include "render/photos/most_used.h"
 #include "render/radiance/sources.h"
+#include "render/world/photos_wanted.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
@@ -30,8 +30,10 @@ constexpr int kWantedOfAll = 8;  // photos a ray, where k is "all"
 }  // namespace
 
 GlLumigraph::GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px,
-                         std::size_t photo_bytes)
-    : sources_((RequireGl43(), cameras)), photos_(photo_sizes_px, photo_bytes) {
+                         std::size_t photo_bytes, int small_halvings)
+    : sources_((RequireGl43(), cameras)),
+      photos_(photo_sizes_px, photo_bytes, small_halvings),
+      small_halvings_(small_halvings) {
   if (!photos_.holds_all()) slots_.emplace(photos_.kinds(), photos_.rooms());
   if (photo_sizes_px.size() != cameras.views.size())
     throw std::invalid_argument("GlLumigraph: one photo size a view is wanted");
@@ -223,7 +225,7 @@ void GlLumigraph::SetUniforms(const ViewSetup& setup, const GlProgram& program, 
   });
 }
 
-std::vector<std::int32_t> GlLumigraph::PhotosWanted(const RenderRequest& request) {
+std::vector<WantedPhoto> GlLumigraph::PhotosWanted(const RenderRequest& request) {
   RadianceSettings s = request.settings;
   s.similarity = Similarity::kIdentity;
   s.sampling = Sampling::kCandidates;
@@ -235,9 +237,9 @@ std::vector<std::int32_t> GlLumigraph::PhotosWanted(const RenderRequest& request
   MakeSamplers();
   const VisibilityMaps* visibility = s.visibility && !visibility_->empty() ? visibility_.get() : nullptr;
   CandidatePlan plan;
-  PlanCandidates(MakeViewSetup(sources_, request.view, s, request.use), *sparse_proxy_, *tracer_, visibility,
-                 ParallelFor, plan);
-  return MostUsedFirst(plan.camera);
+  const ViewSetup setup = MakeViewSetup(sources_, request.view, s, request.use);
+  PlanCandidates(setup, *sparse_proxy_, *tracer_, visibility, ParallelFor, plan);
+  return lumi::PhotosWanted(plan, setup, *tracer_);
 }
 
 void GlLumigraph::MakeSamplers() {

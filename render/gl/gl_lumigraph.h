@@ -20,6 +20,7 @@
 #include "render/gl/gl_target.h"
 #include "render/gl/photo_textures.h"
 #include "render/gl/sparse_drawing.h"
+#include "render/photos/photo_cache.h"
 #include "render/radiance/frame_plan.h"
 #include "render/radiance/sparse/candidate_plan.h"
 #include "render/radiance/sparse/sparse_plan.h"
@@ -31,9 +32,10 @@ namespace lumi {
 class GlLumigraph {
  public:
   // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Photos that take more than `photo_bytes`
-  // together come and go (slots()). Throws MachineError without OpenGL 4.3.
+  // together come and go (slots()); unless small_halvings is negative, small copies of all stay. Throws MachineError
+  // without OpenGL 4.3.
   GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px,
-              std::size_t photo_bytes = std::numeric_limits<std::size_t>::max());
+              std::size_t photo_bytes = std::numeric_limits<std::size_t>::max(), int small_halvings = -1);
 
   void SetProxy(const Mesh& proxy);  // replaces the one before; throws std::invalid_argument (Validate)
   // With its visibility maps (empty: it hides nothing) and, if there is one, its tracer. Both are slow to make, so the
@@ -43,11 +45,11 @@ class GlLumigraph {
   void SetCameras(
       const Sources& cameras);  // as many, where poses, exposures or grids changed; a proxy in their world must follow
   void Upload(ViewId view, const Photo& photo);  // may replace a photo; no larger than planned
-  // Photos take at most so much from now on; none is uploaded yet, and nothing was drawn.
-  void LimitPhotos(std::size_t photo_bytes);
   // nullptr if all photos are held. Otherwise photos come and go: WantPhotos, then Offer for what slots()->missing().
   const PhotoSlots* slots() const { return slots_ ? &*slots_ : nullptr; }
-  void WantPhotos(std::span<const std::int32_t> views);  // PhotoSlots::Want
+  // The most important ones first. What may be halved as often as its small copy is not missing.
+  void WantPhotos(std::span<const WantedPhoto> wanted);
+  void UploadSmallCopy(ViewId view, const Photo& copy);
   // Uploads the photo in this size if that is still wanted; others may go for it.
   void Offer(ViewId view, const Photo& photo, PhotoSize size);
   void GiveUp(ViewId view);  // it cannot be read
@@ -64,7 +66,7 @@ class GlLumigraph {
   // Views whose photos a picture of this request shows, whether they are uploaded or not; those that show in the most
   // places first. They are ranked at the samples of the settings' grid, or of 25x25, as
   // candidates are (PlanCandidates): a photo that is among the best nowhere but between samples is missed.
-  std::vector<std::int32_t> PhotosWanted(const RenderRequest& request);
+  std::vector<WantedPhoto> PhotosWanted(const RenderRequest& request);
 
   // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose
   // photo is not uploaded are left out (colour). Throws std::invalid_argument for a singular view or settings out of
@@ -118,6 +120,7 @@ class GlLumigraph {
   Sources sources_;
   PhotoTextures photos_;
   std::optional<PhotoSlots> slots_;  // unless all photos are held
+  int small_halvings_;
   int loaded_ = 0;
   std::vector<Eigen::Vector3f> colors_;
 

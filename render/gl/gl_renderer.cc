@@ -33,16 +33,22 @@ class Context {
 class GlRenderer final : public WorldRenderer {
  public:
   // own: make a context of its own; else use the context that is current, here and at every later call.
-  GlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, bool own)
-      : photos_(photos), context_(own ? std::make_unique<EglContext>() : nullptr) {
+  GlRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, PhotoSupply supply, bool own)
+      : photos_(photos), supply_(std::move(supply)), context_(own ? std::make_unique<EglContext>() : nullptr) {
     const Context current(context_);
     std::vector<Eigen::Vector2i> sizes;
     for (std::size_t i = 0; i < photos.size(); ++i)
-      sizes.push_back(photos[i].levels.empty()
+      sizes.push_back(photos[i].levels.empty() || supply_.bring
                           ? world->sources.views[i].size_px
                           : Eigen::Vector2i(photos[i].levels[0].width, photos[i].levels[0].height));
     // Moved into members only when complete: on failure, GL objects must be destroyed while the context is current.
-    auto lumigraph = std::make_unique<GlLumigraph>(world->sources, sizes);
+    auto lumigraph = supply_.bring ? std::make_unique<GlLumigraph>(world->sources, sizes, supply_.graphics_bytes,
+                                                                   supply_.small_halvings)
+                                   : std::make_unique<GlLumigraph>(world->sources, sizes);
+    // The vector of photos begins with them, and each is in it again whenever the photo itself is not.
+    if (lumigraph->slots() != nullptr && supply_.small_halvings >= 0)
+      for (std::size_t i = 0; i < photos.size(); ++i)
+        lumigraph->UploadSmallCopy({static_cast<std::int32_t>(i)}, photos[i]);
     Show(std::move(world), *lumigraph);
     target_ = std::make_unique<GlTarget>();
     device_ = GlDeviceName();
@@ -81,12 +87,6 @@ class GlRenderer final : public WorldRenderer {
     Show(std::move(world), *lumigraph_);
   }
 
-  void BringBy(PhotoSupply supply) override {
-    const Context current(context_);
-    lumigraph_->LimitPhotos(supply.graphics_bytes);
-    supply_ = std::move(supply);
-  }
-
   std::string Device() const override { return device_; }
   RenderStatistics Statistics() const override { return statistics_; }
 
@@ -101,46 +101,50 @@ class GlRenderer final : public WorldRenderer {
     for (const std::int32_t view : world->photos) colors.push_back(SourceColor(view));
     lumigraph.SetSourceColors(colors);
     for (std::size_t i = 0; i < photos_.size(); ++i)
-      if ((!world_ || world_->photos[i] != world->photos[i]) && !photos_[i].levels.empty())
+      if (!supply_.bring && (!world_ || world_->photos[i] != world->photos[i]) && !photos_[i].levels.empty())
         lumigraph.Upload({static_cast<std::int32_t>(i)}, photos_[i]);
     world_ = std::move(world);
   }
 
-  // Returns how often photos of the picture are halved, at most.
+  // Returns how often photos of the picture are halved beyond what they may be, at most.
   int BringPhotos(const RenderRequest& request) {
-    const std::vector<std::int32_t> wanted = lumigraph_->PhotosWanted(request);
+    const std::vector<WantedPhoto> wanted = lumigraph_->PhotosWanted(request);
     const PhotoSlots* slots = lumigraph_->slots();
     if (slots == nullptr) {
-      std::vector<PhotoSlots::Missing> missing;
-      for (const std::int32_t v : wanted)
-        if (!lumigraph_->Has({v})) missing.push_back({v, PhotoSize::kWhole});
+      std::vector<PhotoSlots::Wish> missing;
+      for (const WantedPhoto& w : wanted)
+        if (!lumigraph_->Has({w.photo})) missing.push_back({w.photo, PhotoSize::kWhole});
       Bring(missing);
       return 0;
     }
     lumigraph_->WantPhotos(wanted);
     for (auto missing = slots->missing(); !missing.empty(); missing = slots->missing()) Bring(missing);
-    const bool all_whole =
-        std::ranges::all_of(wanted, [&](std::int32_t v) { return slots->held(v) == PhotoSize::kWhole; });
-    return all_whole ? 0 : kSmallShift;
+    int halved = 0;
+    for (const WantedPhoto& w : wanted) {
+      const PhotoSize held = slots->held(w.photo);
+      const int have = held == PhotoSize::kWhole ? 0 : held == PhotoSize::kSmall ? kSmallShift : supply_.small_halvings;
+      halved = std::max(halved, have - w.halvings);
+    }
+    return halved;
   }
 
   // As many at a time as fit into memory.
-  void Bring(const std::vector<PhotoSlots::Missing>& missing) {
+  void Bring(const std::vector<PhotoSlots::Wish>& missing) {
     for (std::size_t from = 0; from < missing.size();) {
-      std::vector<std::int32_t> batch;
+      std::vector<WantedPhoto> batch;
       std::size_t bytes = 0;
       for (std::size_t i = from; i < missing.size(); ++i) {
         bytes += PhotoCache::BytesOf(world_->sources.views[static_cast<std::size_t>(missing[i].photo)].size_px);
         if (!batch.empty() && bytes > supply_.at_once_bytes) break;
-        batch.push_back(missing[i].photo);
+        batch.push_back({missing[i].photo, 0});
       }
-      supply_.bring(batch);
-      for (const std::int32_t v : batch) {
-        const Photo& photo = photos_[static_cast<std::size_t>(v)];
+      supply_.bring(batch, false);
+      for (const WantedPhoto& w : batch) {
+        const Photo& photo = photos_[static_cast<std::size_t>(w.photo)];
         if (lumigraph_->slots() != nullptr)
-          lumigraph_->Offer({v}, photo, missing[from].size);
+          lumigraph_->Offer({w.photo}, photo, missing[from].size);
         else
-          lumigraph_->Upload({v}, photo);
+          lumigraph_->Upload({w.photo}, photo);
         ++from;
       }
     }
@@ -168,13 +172,13 @@ void RequireDrawnByGl(const RadianceSettings& s) {
 }
 
 std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world,
-                                              const std::vector<Photo>& photos) {
-  return std::make_unique<GlRenderer>(std::move(world), photos, true);
+                                              const std::vector<Photo>& photos, PhotoSupply supply) {
+  return std::make_unique<GlRenderer>(std::move(world), photos, std::move(supply), true);
 }
 
 std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world,
-                                                  const std::vector<Photo>& photos) {
-  return std::make_unique<GlRenderer>(std::move(world), photos, false);
+                                                  const std::vector<Photo>& photos, PhotoSupply supply) {
+  return std::make_unique<GlRenderer>(std::move(world), photos, std::move(supply), false);
 }
 
 }  // namespace lumi

@@ -95,27 +95,31 @@ void GlLumigraph::UploadVisibility(std::shared_ptr<const VisibilityMaps> maps) {
 
 void GlLumigraph::Upload(ViewId view, const Photo& photo) {
   const auto j = static_cast<std::size_t>(view.value);
-  const bool again = photos_.places().at(j).loaded;
+  const bool again = photos_.places().at(j).loaded && !photos_.places()[j].small_copy;
   photos_.Upload(j, photo);
   if (!again) ++loaded_;
 }
 
 void GlLumigraph::Drop(ViewId view) {
   const auto j = static_cast<std::size_t>(view.value);
-  if (!photos_.places().at(j).loaded) return;
+  if (!photos_.places().at(j).loaded || photos_.places()[j].small_copy) return;
   photos_.Drop(j);
   --loaded_;
 }
 
-void GlLumigraph::LimitPhotos(std::size_t photo_bytes) {
-  if (loaded_ > 0 || !programs_.empty() || !sparse_programs_.empty())
-    throw std::logic_error("LimitPhotos comes before photos and pictures");
-  photos_ = PhotoTextures(photos_.planned_px(), photo_bytes);
-  slots_.reset();
-  if (!photos_.holds_all()) slots_.emplace(photos_.kinds(), photos_.rooms());
+void GlLumigraph::WantPhotos(std::span<const WantedPhoto> wanted) {
+  std::vector<PhotoSlots::Wish> wishes;
+  for (const WantedPhoto& w : wanted) {
+    const bool copied = photos_.places()[static_cast<std::size_t>(w.photo)].loaded;
+    if (copied && small_halvings_ >= 0 && w.halvings >= small_halvings_) continue;
+    wishes.push_back({w.photo, w.halvings >= kSmallShift ? PhotoSize::kSmall : PhotoSize::kWhole});
+  }
+  slots_.value().Want(wishes);
 }
 
-void GlLumigraph::WantPhotos(std::span<const std::int32_t> views) { slots_.value().Want(views); }
+void GlLumigraph::UploadSmallCopy(ViewId view, const Photo& copy) {
+  photos_.UploadSmallCopy(static_cast<std::size_t>(view.value), copy);
+}
 
 void GlLumigraph::Offer(ViewId view, const Photo& photo, PhotoSize size) {
   const PhotoSlots::Placed placed = slots_.value().Place(view.value, size);
@@ -123,7 +127,8 @@ void GlLumigraph::Offer(ViewId view, const Photo& photo, PhotoSize size) {
   if (placed.dropped >= 0) Drop({placed.dropped});
   if (size == PhotoSize::kWhole) return Upload(view, photo);
   // At least a level stays: a photo of a few pixels is small as it is.
-  const std::size_t from = std::min(static_cast<std::size_t>(kSmallShift), photo.levels.size() - 1);
+  const auto from = static_cast<std::size_t>(
+      std::clamp(kSmallShift - photo.level0_shift, 0, static_cast<int>(photo.levels.size()) - 1));
   Photo small;
   small.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(from), photo.levels.end());
   small.level0_shift = photo.level0_shift + static_cast<int>(from);

@@ -25,8 +25,22 @@ std::size_t LayerBytes(const Eigen::Vector2i& size) {
   return static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 16 / 3;
 }
 
-Eigen::Vector2i SmallSize(const Eigen::Vector2i& size) {
-  return {std::max(1, size.x() >> kSmallShift), std::max(1, size.y() >> kSmallShift)};
+Eigen::Vector2i Halved(const Eigen::Vector2i& size, int times) {
+  return {std::max(1, size.x() >> times), std::max(1, size.y() >> times)};
+}
+
+Eigen::Vector2i SmallSize(const Eigen::Vector2i& size) { return Halved(size, kSmallShift); }
+
+// Throws std::invalid_argument for what does not fit into a layer of this size.
+void Check(const Photo& photo, const Eigen::Vector2i& most_px) {
+  if (photo.levels.empty()) throw std::invalid_argument("PhotoTextures: the photo is not loaded");
+  const Image8& first = photo.levels.front();
+  if (first.width > most_px.x() || first.height > most_px.y() || first.channels != 3)
+    throw std::invalid_argument("PhotoTextures: a photo of another size or channel count than was planned");
+  for (std::size_t l = 0; l < photo.levels.size(); ++l)
+    if (photo.levels[l].width != std::max(1, first.width >> l) ||
+        photo.levels[l].height != std::max(1, first.height >> l))
+      throw std::invalid_argument("PhotoTextures: a pyramid level is not half of the one before");
 }
 
 int LayersPerTexture(const Eigen::Vector2i& size, int max_layers) {
@@ -34,9 +48,9 @@ int LayersPerTexture(const Eigen::Vector2i& size, int max_layers) {
                                                   static_cast<std::size_t>(max_layers)));
 }
 
-std::size_t BytesOf(const std::vector<SizeClass>& classes) {
+std::size_t BytesOf(const std::vector<SizeClass>& classes, int halvings = 0) {
   std::size_t bytes = 0;
-  for (const SizeClass& c : classes) bytes += LayerBytes(c.size_px) * c.photos.size();
+  for (const SizeClass& c : classes) bytes += LayerBytes(Halved(c.size_px, halvings)) * c.photos.size();
   return bytes;
 }
 
@@ -53,7 +67,7 @@ PhotoRoom RoomOf(const SizeClass& c, std::size_t bytes, std::size_t all) {
   return {layers(kWholeShare * share, c.size_px), layers((1 - kWholeShare) * share, SmallSize(c.size_px))};
 }
 
-int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::size_t bytes) {
+int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::size_t bytes, int small_halvings) {
   const auto textures = [&](int layers, const Eigen::Vector2i& size) {
     const int per = LayersPerTexture(size, max_layers);
     return (layers + per - 1) / per;
@@ -62,6 +76,7 @@ int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::siz
   for (const SizeClass& c : classes) {
     const PhotoRoom room = RoomOf(c, bytes, BytesOf(classes));
     n += textures(room.whole, c.size_px) + textures(room.small, SmallSize(c.size_px));
+    if (small_halvings >= 0) n += textures(static_cast<int>(c.photos.size()), Halved(c.size_px, small_halvings));
   }
   return n;
 }
@@ -101,8 +116,8 @@ std::size_t TexelBytes(const PhotoPlace& place) {
 
 }  // namespace
 
-PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::size_t bytes)
-    : places_(sizes_px.size()), planned_px_(sizes_px), kinds_(sizes_px.size()) {
+PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::size_t bytes, int small_halvings)
+    : places_(sizes_px.size()), small_copies_(sizes_px.size()), planned_px_(sizes_px), kinds_(sizes_px.size()) {
   GLint max_layers = 256, units = 16, max_size = 4096;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &max_layers);
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
@@ -123,8 +138,11 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     else
       classes.push_back({sizes_px[i], {i}});
   }
-  while (classes.size() > 1 && TextureCount(classes, max_layers, bytes) > max_groups) MergeCheapest(classes);
-  if (TextureCount(classes, max_layers, bytes) > max_groups)
+  if (BytesOf(classes) <= bytes) small_halvings = -1;
+  if (small_halvings >= 0) bytes -= std::min(bytes, BytesOf(classes, small_halvings));
+  const auto too_many = [&] { return TextureCount(classes, max_layers, bytes, small_halvings) > max_groups; };
+  while (classes.size() > 1 && too_many()) MergeCheapest(classes);
+  if (too_many())
     throw MachineError(std::to_string(sizes_px.size()) + " photos of this size do not fit into " +
                            std::to_string(max_groups) + " textures",
                        "use smaller photos, or --backend cpu");
@@ -139,6 +157,16 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     AddGroups(c.size_px, room.whole, LayersPerTexture(c.size_px, max_layers), kind.free_whole);
     AddGroups(small_px, room.small, LayersPerTexture(small_px, max_layers), kind.free_small);
     for (const std::size_t photo : c.photos) kinds_[photo] = static_cast<int>(rooms_.size());
+    if (small_halvings >= 0) {
+      const Eigen::Vector2i copy_px = Halved(c.size_px, small_halvings);
+      std::vector<Layer> copies;
+      AddGroups(copy_px, static_cast<int>(c.photos.size()), LayersPerTexture(copy_px, max_layers), copies);
+      for (const std::size_t photo : c.photos) {
+        small_copies_[photo].group = copies.back().group;
+        small_copies_[photo].layer = copies.back().layer;
+        copies.pop_back();
+      }
+    }
     rooms_.push_back(room);
     of_kind_.push_back(std::move(kind));
   }
@@ -165,10 +193,11 @@ std::vector<PhotoTextures::Layer>& PhotoTextures::FreeLayers(std::size_t index, 
 
 void PhotoTextures::TakeLayer(std::size_t index, const Eigen::Vector2i& size_px) {
   PhotoPlace& place = places_[index];
-  if (place.loaded && place.size_px == size_px) return;
+  if (place.loaded && place.size_px == size_px && !place.small_copy) return;
   Drop(index);
   std::vector<Layer>& free = FreeLayers(index, size_px);
   if (free.empty()) throw std::logic_error("PhotoTextures: there is no layer left for a photo");
+  place = {};
   place.group = free.back().group;
   place.layer = free.back().layer;
   free.pop_back();
@@ -176,27 +205,29 @@ void PhotoTextures::TakeLayer(std::size_t index, const Eigen::Vector2i& size_px)
 
 void PhotoTextures::Drop(std::size_t index) {
   PhotoPlace& place = places_.at(index);
-  if (!place.loaded) return;
+  if (!place.loaded || place.small_copy) return;
   FreeLayers(index, place.size_px).push_back({place.group, place.layer});
   bytes_loaded_ -= TexelBytes(place);
-  place = {};
+  place = small_copies_[index];
+}
+
+void PhotoTextures::UploadSmallCopy(std::size_t index, const Photo& copy) {
+  PhotoPlace& place = small_copies_.at(index);
+  Check(copy, groups_[static_cast<std::size_t>(place.group)].size_px);
+  place.small_copy = true;
+  Fill(place, copy);
+  if (!places_[index].loaded || places_[index].small_copy) places_[index] = place;
 }
 
 void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
-  if (photo.levels.empty()) throw std::invalid_argument("PhotoTextures: the photo is not loaded");
-  const Image8& first = photo.levels.front();
-  const Eigen::Vector2i size_px(first.width, first.height);
-  PhotoPlace& place = places_.at(index);
-  if ((size_px.array() > of_kind_[static_cast<std::size_t>(kinds_[index])].whole_px.array()).any() ||
-      first.channels != 3)
-    throw std::invalid_argument("PhotoTextures: a photo of another size or channel count than was planned");
-  for (std::size_t l = 0; l < photo.levels.size(); ++l)
-    if (photo.levels[l].width != std::max(1, first.width >> l) ||
-        photo.levels[l].height != std::max(1, first.height >> l))
-      throw std::invalid_argument("PhotoTextures: a pyramid level is not half of the one before");
-  TakeLayer(index, size_px);
-  Group& group = groups_[static_cast<std::size_t>(place.group)];
+  Check(photo, of_kind_.at(static_cast<std::size_t>(kinds_.at(index))).whole_px);
+  TakeLayer(index, {photo.levels.front().width, photo.levels.front().height});
+  Fill(places_[index], photo);
+}
 
+void PhotoTextures::Fill(PhotoPlace& place, const Photo& photo) {
+  const Image8& first = photo.levels.front();
+  Group& group = groups_[static_cast<std::size_t>(place.group)];
   const GLint level_count = std::bit_width(static_cast<unsigned>(group.size_px.maxCoeff()));
   if (!group.texture) {
     group.texture = GlTexture::Make();
@@ -220,7 +251,7 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
   }
   CheckGl("uploading a photo");
   const bool again = place.loaded;
-  place.size_px = size_px;
+  place.size_px = {first.width, first.height};
   place.top_level = levels - 1;
   if (!again) bytes_loaded_ += TexelBytes(place);
   if (levels > group.levels) {

@@ -26,21 +26,25 @@ struct PhotoPlace {
   int top_level = 0;                                  // its pyramid's last
   int shift = 0;                                      // Photo::level0_shift
   bool loaded = false;
+  bool small_copy = false;  // where it lies for good (UploadSmallCopy)
 };
 
 // Needs a current context.
 class PhotoTextures {
  public:
   // sizes_px: level 0 of each photo as it will be uploaded. Nothing is allocated yet. Photos that take more than
-  // `bytes` together are not all held: see kinds() and rooms(). Throws MachineError where that many photos of that many
+  // `bytes` together are not all held: see kinds() and rooms(). Unless small_halvings is negative, copies of all of
+  // them that are halved so often are, as part of these bytes. Throws MachineError where that many photos of that many
   // sizes cannot be held at once.
   explicit PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px,
-                         std::size_t bytes = std::numeric_limits<std::size_t>::max());
+                         std::size_t bytes = std::numeric_limits<std::size_t>::max(), int small_halvings = -1);
 
   // Throws std::invalid_argument for a photo larger than was planned, std::logic_error where there is no layer for it
   // (PhotoSlots), MachineError when memory is full.
   void Upload(std::size_t index, const Photo& photo);
-  void Drop(std::size_t index);
+  void Drop(std::size_t index);  // its small copy stays
+  // Stands in for the photo while it is not there. The copy is halved as often as was planned.
+  void UploadSmallCopy(std::size_t index, const Photo& copy);
 
   // For PhotoSlots: what kind each photo is of, and the layers of each kind.
   const std::vector<int>& kinds() const { return kinds_; }
@@ -64,6 +68,7 @@ class PhotoTextures {
   void AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture, std::vector<Layer>& free);
   std::vector<Layer>& FreeLayers(std::size_t index, const Eigen::Vector2i& size_px);
   void TakeLayer(std::size_t index, const Eigen::Vector2i& size_px);
+  void Fill(PhotoPlace& place, const Photo& photo);
   struct Group {
     Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
     int layers = 0;
@@ -76,7 +81,7 @@ class PhotoTextures {
     std::vector<Layer> free_whole, free_small;  // the last one is taken first
   };
   std::vector<Group> groups_;
-  std::vector<PhotoPlace> places_;
+  std::vector<PhotoPlace> places_, small_copies_;
   std::vector<Eigen::Vector2i> planned_px_;
   std::vector<int> kinds_;
   std::vector<Kind> of_kind_;

@@ -7,6 +7,7 @@
 
 #include "render/lumigraph/own_colors_renderer.h"
 #include "render/photos/photo_correction.h"
+#include "render/photos/small_photos.h"
 #include "render/picture/output_name.h"
 #include "render/radiance/setting_options.h"
 #include "render/time/clock.h"
@@ -122,6 +123,7 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
     at_once_bytes_ = options_.graphics ? std::max(LargestPhoto(), std::min(kMostAtOnce, *room / 4)) : *room;
     graphics_bytes_ = options_.graphics ? *room - std::min(*room, at_once_bytes_) : *room;
     cache_.emplace(scene_, at_once_bytes_);
+    small_room_ = *room;
     sink.Message(fmt::format("{} photos take {:.1f} GB of memory: {:.1f} GB hold those that a picture is blended from",
                              scene_.views.size(), static_cast<double>(PhotoCache::BytesOf(scene_)) / 1e9,
                              static_cast<double>(*room) / 1e9));
@@ -139,6 +141,24 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
         photos_[i].levels = BuildPyramid(pixels);
       }
     });
+  if (cache_) TakeSmallCopies(sink);
+}
+
+// After corrections are known: the copies are corrected.
+void Lumigraph::TakeSmallCopies(ProgressSink& sink) {
+  // Below it, whole photos are read soon enough.
+  constexpr std::size_t kManyPhotos = 500;
+  constexpr std::size_t kShare = 8;  // of the photos' room
+  constexpr int kLeastHalvings = 3;
+  if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return;
+  small_halvings_ = std::max(kLeastHalvings, SmallHalvings(scene_, small_room_ / kShare));
+  std::vector<Photo> small = ReadSmallPhotos(scene_, small_halvings_, sink);
+  const std::size_t bytes = PhotoCache::BytesOf(small);
+  if (options_.graphics) at_once_bytes_ += bytes;
+  graphics_bytes_ -= options_.graphics ? std::min(graphics_bytes_, bytes) : 0;
+  cache_.emplace(scene_, options_.graphics ? at_once_bytes_ : small_room_);
+  cache_->SetSmall(std::move(small));
+  if (options_.graphics) at_once_bytes_ -= bytes;
 }
 
 void Lumigraph::SetEstimates(const PhotoEstimates& estimates) {
@@ -248,11 +268,11 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 }
 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
-  auto renderer = make(WorldOf(scene_, mesh), photos());
+  PhotoSupply supply;
   if (cache_)
-    renderer->BringBy(
-        {[this](std::span<const std::int32_t> wanted) { cache_->Bring(wanted); }, at_once_bytes_, graphics_bytes_});
-  return WithOwnColors(std::move(renderer));
+    supply = {[this](std::span<const WantedPhoto> wanted, bool exact) { cache_->Bring(wanted, exact); }, at_once_bytes_,
+              graphics_bytes_, small_halvings_};
+  return WithOwnColors(make(WorldOf(scene_, mesh), photos(), std::move(supply)));
 }
 
 std::unique_ptr<Renderer> Lumigraph::WithOwnColors(std::unique_ptr<Renderer> renderer) const {

@@ -165,7 +165,7 @@ class PerViewRenderer final : public Renderer {
     if (renderer_)
       renderer_->Enter(shared);
     else
-      renderer_ = make_(shared, photos_);
+      renderer_ = make_(shared, photos_, {});
     return shared->view;
   }
 

@@ -20,6 +20,7 @@ std::size_t HeldBy(const Photo& photo) {
 
 // So often, but not to less than a pixel.
 void Halve(Photo& photo, int times) {
+  if (times <= 0) return;
   const auto finer = std::min(static_cast<std::size_t>(times), photo.levels.size() - 1);
   photo.levels.erase(photo.levels.begin(), photo.levels.begin() + static_cast<std::ptrdiff_t>(finer));
   photo.level0_shift += static_cast<int>(finer);
@@ -43,6 +44,12 @@ std::size_t PhotoCache::BytesOf(const Eigen::Vector2i& size_px) {
   }
 }
 
+std::size_t PhotoCache::BytesOf(const std::vector<Photo>& photos) {
+  std::size_t bytes = 0;
+  for (const Photo& photo : photos) bytes += HeldBy(photo);
+  return bytes;
+}
+
 std::size_t PhotoCache::BytesOf(const Scene& scene) {
   std::size_t bytes = 0;
   for (std::size_t v = 0; v < scene.views.size(); ++v) bytes += BytesOf(SizeOf(scene, v));
@@ -55,9 +62,27 @@ std::size_t PhotoCache::Bytes(std::size_t photo, int shift) const {
   return BytesOf(size);
 }
 
+void PhotoCache::SetSmall(std::vector<Photo> small) {
+  photos_ = std::move(small);
+  held_ = 0;
+  const std::size_t bytes = BytesOf(photos_);
+  for (const Photo& photo : photos_) small_ = std::max(small_.value_or(0), photo.level0_shift);
+  budget_ -= std::min(budget_, bytes);
+  counts_.most = bytes;
+  small_bytes_ = bytes;
+}
+
+bool PhotoCache::IsSmall(std::size_t photo) const { return small_ && photos_[photo].level0_shift >= *small_; }
+
+std::size_t PhotoCache::Held(std::size_t photo) const { return IsSmall(photo) ? 0 : HeldBy(photos_[photo]); }
+
+// The small copy is a level of the photo.
 void PhotoCache::Drop(std::size_t photo) {
-  held_ -= HeldBy(photos_[photo]);
-  photos_[photo] = {};
+  held_ -= Held(photo);
+  if (small_)
+    Halve(photos_[photo], *small_ - photos_[photo].level0_shift);
+  else
+    photos_[photo] = {};
 }
 
 // Drops photos that were last wanted before Bring number `keep_from`, least recently used first, until `bytes` more
@@ -66,7 +91,7 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
   if (held_ + bytes <= budget_) return;
   std::vector<std::size_t> idle;
   for (std::size_t v = 0; v < photos_.size(); ++v)
-    if (!photos_[v].levels.empty() && used_[v] < keep_from) idle.push_back(v);
+    if (!photos_[v].levels.empty() && !IsSmall(v) && used_[v] < keep_from) idle.push_back(v);
   std::ranges::sort(idle, {}, [&](std::size_t v) { return std::pair(used_[v], v); });
   for (const std::size_t v : idle) {
     if (held_ + bytes <= budget_) return;
@@ -75,71 +100,93 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
 }
 
 // How often each of `wanted` has to be halved for all of them to fit.
-std::vector<int> PhotoCache::HalvingsOf(std::span<const std::int32_t> wanted) const {
+std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted, bool exact) const {
+  const auto bytes_at = [&](std::size_t v, int halvings) {
+    return small_ && halvings >= *small_ ? 0 : Bytes(v, halvings);
+  };
+  if (exact) {
+    std::size_t whole = 0;
+    for (const WantedPhoto& w : wanted) whole += Bytes(static_cast<std::size_t>(w.photo), 0);
+    if (whole <= budget_) return std::vector<int>(wanted.size(), 0);
+  }
   // A photo that is held halved gets twice its rank, as if it mattered less: otherwise photos near the limit would be
   // read again for every picture.
   std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
+  std::vector<int> halvings;
   std::size_t together = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto v = static_cast<std::size_t>(wanted[i]);
-    order.emplace_back(photos_[v].level0_shift > 0 ? 2 * i + 1 : i, i);
-    together += Bytes(v, 0);
+    const auto v = static_cast<std::size_t>(wanted[i].photo);
+    int times = wanted[i].halvings;
+    const Photo& held = photos_[v];
+    // Read finer than needed by one: a camera that comes near asks for all sizes, and each is a whole file to read. So
+    // what is held stays.
+    if (times > 0 && !(small_ && times >= *small_))
+      times = held.levels.empty() || held.level0_shift > times ? times - 1 : std::max(held.level0_shift, times - 1);
+    order.emplace_back(held.level0_shift > times ? 2 * i + 1 : i, i);
+    halvings.push_back(times);
+    together += bytes_at(v, times);
   }
   std::ranges::sort(order);
-  std::vector<int> halvings(wanted.size(), 0);
   for (int round = 0; round < kMostHalvings && together > budget_; ++round)
     for (std::size_t n = order.size(); n-- > 0 && together > budget_;) {
       const std::size_t i = order[n].second;
-      const auto v = static_cast<std::size_t>(wanted[i]);
-      together += Bytes(v, round + 1);
-      together -= Bytes(v, round);
+      if (halvings[i] > round) continue;
+      const auto v = static_cast<std::size_t>(wanted[i].photo);
+      together += bytes_at(v, round + 1);
+      together -= bytes_at(v, round);
       halvings[i] = round + 1;
     }
   return halvings;
 }
 
 // Reads the photos at the places `absent` in `wanted`, and halves them.
-void PhotoCache::Read(std::span<const std::int32_t> wanted, const std::vector<std::size_t>& absent,
+void PhotoCache::Read(std::span<const WantedPhoto> wanted, const std::vector<std::size_t>& absent,
                       const std::vector<int>& halvings) {
   std::size_t largest = 1;
   for (const std::size_t i : absent)
-    largest = std::max(largest, static_cast<std::size_t>(
-                                    SizeOf(scene_, static_cast<std::size_t>(wanted[i])).cast<std::int64_t>().prod()));
+    largest =
+        std::max(largest, static_cast<std::size_t>(
+                              SizeOf(scene_, static_cast<std::size_t>(wanted[i].photo)).cast<std::int64_t>().prod()));
   const std::size_t at_once = std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
   std::vector<Photo> read(absent.size());
   for (std::size_t from = 0; from < absent.size(); from += at_once)
     ParallelFor(std::min(at_once, absent.size() - from), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = from + begin; i < from + end; ++i) {
-        read[i] = LoadPhoto(scene_, {wanted[absent[i]]}, {});
+        read[i] = LoadPhoto(scene_, {wanted[absent[i]].photo}, {});
         Halve(read[i], halvings[absent[i]]);
       }
     });
   for (std::size_t i = 0; i < absent.size(); ++i) {
-    held_ += HeldBy(read[i]);
-    photos_[static_cast<std::size_t>(wanted[absent[i]])] = std::move(read[i]);
+    const auto v = static_cast<std::size_t>(wanted[absent[i]].photo);
+    photos_[v] = std::move(read[i]);
+    held_ += Held(v);
   }
   counts_.read += static_cast<long>(absent.size());
-  counts_.most = std::max(counts_.most, held_);
+  counts_.most = std::max(counts_.most, small_bytes_ + held_);
 }
 
-void PhotoCache::Bring(std::span<const std::int32_t> wanted) {
+void PhotoCache::Bring(std::span<const WantedPhoto> wanted, bool exact) {
   ++number_;
-  const std::vector<int> halvings = HalvingsOf(wanted);
+  const std::vector<int> halvings = HalvingsOf(wanted, exact);
   std::vector<std::size_t> absent;  // places in `wanted`
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto v = static_cast<std::size_t>(wanted[i]);
+    const auto v = static_cast<std::size_t>(wanted[i].photo);
     used_[v] = number_;
-    counts_.most_halved = std::max(counts_.most_halved, halvings[i]);
+    counts_.most_halved = std::max(counts_.most_halved, halvings[i] - (exact ? 0 : wanted[i].halvings));
     Photo& photo = photos_[v];
+    if (small_ && halvings[i] >= *small_) {
+      if (!IsSmall(v)) Drop(v);
+      continue;
+    }
     if (!photo.levels.empty() && photo.level0_shift > halvings[i]) Drop(v);
-    if (photo.levels.empty()) {
+    if (photo.levels.empty() || IsSmall(v)) {
       absent.push_back(i);
       bytes += Bytes(v, halvings[i]);
     } else {  // halved further if it is finer than there is room for
-      held_ -= HeldBy(photo);
+      held_ -= Held(v);
       Halve(photo, halvings[i] - photo.level0_shift);
-      held_ += HeldBy(photo);
+      held_ += Held(v);
     }
   }
   MakeRoom(bytes, number_);

@@ -4,12 +4,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "render/photos/photo_set.h"
 
 namespace lumi {
+
+struct WantedPhoto {
+  std::int32_t photo = 0;
+  int halvings = 0;  // it is seen from so far away that it may be halved so often
+};
 
 class PhotoCache {
  public:
@@ -18,19 +24,25 @@ class PhotoCache {
 
   // Bytes of all photos at full size, with their pyramids.
   static std::size_t BytesOf(const Scene& scene);
-  static std::size_t BytesOf(const Eigen::Vector2i& size_px);  // of one
+  static std::size_t BytesOf(const Eigen::Vector2i& size_px);    // of one
+  static std::size_t BytesOf(const std::vector<Photo>& photos);  // as they are
 
-  // One a view of the scene, at the same address always; those that are not in memory have no levels.
+  // All photos, small (ReadSmallPhotos): they stand in for those that are not in memory, and for what is far away. They
+  // count for the budget.
+  void SetSmall(std::vector<Photo> small);
+
+  // One a view of the scene, at the same address always; those that are not in memory have no levels, or are small.
   const std::vector<Photo>& photos() const { return photos_; }
   // Brings these photos into memory (each named once): reads missing ones in parallel and drops others for them. Photos
   // that matter most come first: if all together exceed the budget, they are halved from the last one on, each once
-  // before any is halved again, until they fit (or are one pixel). Throws InputError for a photo that cannot be read;
-  // not thread-safe.
-  void Bring(std::span<const std::int32_t> wanted);
+  // before any is halved again, until they fit (or are one pixel). exact: halvings count only if the whole photos
+  // exceed the budget. Throws InputError for a photo that cannot be read; not thread-safe.
+  void Bring(std::span<const WantedPhoto> wanted, bool exact = false);
 
   struct Counts {
-    long read = 0;         // photos, from their files
-    int most_halved = 0;   // the most often that photos were halved in any Bring
+    long read = 0;  // photos, from their files
+    int most_halved =
+        0;  // the most often that photos were halved in any Bring, beyond what they may be (exact: at all)
     std::size_t most = 0;  // bytes held at once
   };
   const Counts& counts() const { return counts_; }
@@ -39,12 +51,16 @@ class PhotoCache {
   std::size_t Bytes(std::size_t photo, int shift) const;
   void Drop(std::size_t photo);
   void MakeRoom(std::size_t bytes, long keep_from);
-  std::vector<int> HalvingsOf(std::span<const std::int32_t> wanted) const;
-  void Read(std::span<const std::int32_t> wanted, const std::vector<std::size_t>& absent,
+  bool IsSmall(std::size_t photo) const;
+  std::size_t Held(std::size_t photo) const;
+  std::vector<int> HalvingsOf(std::span<const WantedPhoto> wanted, bool exact) const;
+  void Read(std::span<const WantedPhoto> wanted, const std::vector<std::size_t>& absent,
             const std::vector<int>& halvings);
 
   const Scene& scene_;
-  std::size_t budget_, held_ = 0;
+  std::size_t budget_, held_ = 0;  // of photos that are not small
+  std::optional<int> small_;       // halvings of small photos
+  std::size_t small_bytes_ = 0;
   std::vector<Photo> photos_;
   std::vector<long> used_;  // the number of the Bring that wanted it last
   long number_ = 0;

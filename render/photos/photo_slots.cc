@@ -28,19 +28,20 @@ int PhotoSlots::Free(int kind, PhotoSize size) const {
   return Count(room, size) - Count(used, size);
 }
 
-void PhotoSlots::Want(std::span<const std::int32_t> photos) {
+void PhotoSlots::Want(std::span<const Wish> wishes) {
   ++number_;
   for (const std::int32_t p : order_) wanted_[static_cast<std::size_t>(p)] = PhotoSize::kNone;
   order_.clear();
   std::vector<PhotoRoom> left = room_, read = room_;
   for (PhotoRoom& r : read)
     if (r.whole > 1) r.whole = static_cast<int>(kReadShare * r.whole);
-  for (const std::int32_t p : photos) {
+  for (const auto& [p, size] : wishes) {
     const auto i = static_cast<std::size_t>(p);
     const auto kind = static_cast<std::size_t>(kind_[i]);
     PhotoRoom& room = left[kind];
-    const bool whole = room.whole > 0 && (read[kind].whole > 0 || held_[i] == PhotoSize::kWhole);
-    --read[kind].whole;
+    const bool whole =
+        size == PhotoSize::kWhole && room.whole > 0 && (read[kind].whole > 0 || held_[i] == PhotoSize::kWhole);
+    if (size == PhotoSize::kWhole) --read[kind].whole;
     if (!whole && room.small == 0) continue;
     wanted_[i] = whole ? PhotoSize::kWhole : PhotoSize::kSmall;
     --Count(room, wanted_[i]);
@@ -49,8 +50,8 @@ void PhotoSlots::Want(std::span<const std::int32_t> photos) {
   }
 }
 
-std::vector<PhotoSlots::Missing> PhotoSlots::missing() const {
-  std::vector<Missing> missing;
+std::vector<PhotoSlots::Wish> PhotoSlots::missing() const {
+  std::vector<Wish> missing;
   for (const std::int32_t p : order_) {
     const auto i = static_cast<std::size_t>(p);
     if (held_[i] < wanted_[i] && !given_up_[i]) missing.push_back({p, wanted_[i]});

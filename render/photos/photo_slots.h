@@ -24,16 +24,17 @@ class PhotoSlots {
   // kind: of each photo, an index into `room`. Photos of one kind share its slots.
   PhotoSlots(std::vector<int> kind, std::vector<PhotoRoom> room);
 
-  // From now on these are wanted, each once, the most important ones first, as far as there are slots.
-  void Want(std::span<const std::int32_t> photos);
-
-  struct Missing {
+  struct Wish {
     std::int32_t photo = 0;
-    PhotoSize size = PhotoSize::kNone;
+    PhotoSize size = PhotoSize::kWhole;
   };
+  // From now on these are wanted, each once, the most important ones first, as far as there are slots: where there is
+  // none left for a whole photo, it is wanted small.
+  void Want(std::span<const Wish> wishes);
+
   // What is wanted and not held, or held too small; the most important ones first. Once all of it was placed there may
   // be more: small photos that were still held whole, and made room. After a second time there is none.
-  std::vector<Missing> missing() const;
+  std::vector<Wish> missing() const;
 
   struct Placed {
     bool placed = false;        // false: no longer wanted so large, and nothing would make room for it

@@ -80,6 +80,8 @@ class Viewer final : public ViewSession {
   std::vector<Eigen::Vector2i> PhotoSizes() const;
   std::size_t RoomForPhotos(const VisibilityMaps& maps) const;
   bool OnDemand() const { return gl_.slots() != nullptr; }  // photos come and go: not all fit into graphics memory
+  int SmallHalvings() const;
+  void TakeSmallCopies();
   void ReadAll();
   void AskForPhotos();
   void AskForMissing();
@@ -197,6 +199,11 @@ class Viewer final : public ViewSession {
     std::vector<bool> open = {};    // photos that are still to be read, where all are held
     std::vector<bool> needed = {};  // on demand: photos that the picture asked for last is blended from, ...
     int needed_open = 0;            // ... and how many of them are still to come
+    // Small copies of all photos, on their way into graphics memory; whether all are there.
+    std::future<std::vector<Photo>> reading_copies = {};
+    std::vector<Photo> copies = {};
+    std::size_t copies_taken = 0;
+    bool small_copies = false;
     std::optional<RenderView> asked_view = {};  // that photos were asked for last
     RadianceSettings asked_settings = {};
     Clock::time_point asked = {};
@@ -283,6 +290,7 @@ class Viewer final : public ViewSession {
   EffectChoice effects_;    // as the data call for them
   Decided decided_;         // effects that the user decided
   std::size_t photo_room_;  // bytes of memory for photos
+  int small_halvings_;      // of small copies of all photos; -1: there are none
   GlLumigraph gl_;
   FramePainter painter_;
   std::shared_ptr<const ProxyTracer> proxy_tracer_;

@@ -74,7 +74,9 @@ void Viewer::ReadCorrected() {
     gl_.DropPhotos();
   else
     for (const View& v : scene_.views) arriving_.gains.push_back(v.gain);
-  arriving_.loader.reset();  // it reads the scene's views, which change now
+  if (arriving_.reading_copies.valid()) arriving_.reading_copies.wait();
+  arriving_.small_copies = false;  // they are corrected, too
+  arriving_.loader.reset();        // it reads the scene's views, which change now
   lumigraph_.Correct(*arriving_.estimated, wanted);
   if (OnDemand()) {
     gl_.SetCameras(MakeSources(scene_));

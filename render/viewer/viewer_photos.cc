@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/photos/small_photos.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/program/error.h"
 #include "scene/program/memory.h"
@@ -36,6 +37,15 @@ std::size_t Viewer::RoomForPhotos(const VisibilityMaps& maps) const {
   return std::max(kLeast, limit > taken ? limit - taken : 0);
 }
 
+// How often small copies of all photos are halved, which are held beside those that come and go; -1: there are none.
+int Viewer::SmallHalvings() const {
+  constexpr std::size_t kManyPhotos = 500;  // of fewer, those near the view are small ones enough
+  constexpr std::size_t kShare = 8;         // of the photos' room
+  constexpr int kLeastHalvings = 3;
+  if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return -1;
+  return std::max(kLeastHalvings, lumi::SmallHalvings(scene_, photo_room_ / kShare));
+}
+
 // Sets all photos to be read; those that are loaded are drawn until then.
 void Viewer::ReadAll() {
   arriving_.loader = NewLoader();
@@ -44,36 +54,64 @@ void Viewer::ReadAll() {
   AskForPhotos();
 }
 
-// The photos of `wanted` come first, then those of the view ahead and the nearest.
+// The photos of the request come first, then those of the view ahead and the nearest.
 void Viewer::WantOnDemand(const RenderRequest& request, const RenderRequest* ahead) {
   const auto count = scene_.views.size();
-  std::vector<std::int32_t> wanted = gl_.PhotosWanted(request);
+  std::vector<WantedPhoto> wanted = gl_.PhotosWanted(request);
   std::vector<bool> listed(count, false);
-  for (const std::int32_t v : wanted) listed[static_cast<std::size_t>(v)] = true;
+  for (const WantedPhoto& w : wanted) listed[static_cast<std::size_t>(w.photo)] = true;
   arriving_.needed = listed;
-  const auto add = [&](std::int32_t v) {
-    if (listed[static_cast<std::size_t>(v)]) return;
-    listed[static_cast<std::size_t>(v)] = true;
-    wanted.push_back(v);
+  const auto add = [&](const WantedPhoto& w) {
+    if (listed[static_cast<std::size_t>(w.photo)]) return;
+    listed[static_cast<std::size_t>(w.photo)] = true;
+    wanted.push_back(w);
   };
   if (ahead != nullptr)
-    for (const std::int32_t v : gl_.PhotosWanted(*ahead)) add(v);
-  const Rigid3& camera = steering_.navigator.state().cam_from_world;
-  std::vector<std::pair<double, std::int32_t>> near;
-  for (std::size_t v = 0; v < count; ++v)
-    near.emplace_back(CameraDistance(scene_, camera, scene_.views[v].cam_from_world), static_cast<std::int32_t>(v));
-  const std::size_t kept = std::min(count, kMostNear);
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept), near.end());
-  for (std::size_t i = 0; i < kept; ++i) add(near[i].second);
+    for (const WantedPhoto& w : gl_.PhotosWanted(*ahead)) add(w);
+  // Until all photos have small copies.
+  if (!arriving_.small_copies) {
+    const Rigid3& camera = steering_.navigator.state().cam_from_world;
+    std::vector<std::pair<double, std::int32_t>> near;
+    for (std::size_t v = 0; v < count; ++v)
+      near.emplace_back(CameraDistance(scene_, camera, scene_.views[v].cam_from_world), static_cast<std::int32_t>(v));
+    const std::size_t kept = std::min(count, kMostNear);
+    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept), near.end());
+    for (std::size_t i = 0; i < kept; ++i) add({near[i].second, kSmallShift});
+  }
   gl_.WantPhotos(wanted);
   AskForMissing();
+}
+
+// Copies of all photos are read, or made, on another thread, and uploaded a few a frame.
+void Viewer::TakeSmallCopies() {
+  if (!OnDemand() || small_halvings_ < 0 || arriving_.small_copies) return;
+  if (arriving_.copies.empty()) {
+    if (!arriving_.reading_copies.valid())
+      arriving_.reading_copies = std::async(std::launch::async, [this, halvings = small_halvings_] {
+        return ReadSmallPhotos(scene_, halvings, SilentProgress());
+      });
+    if (arriving_.reading_copies.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    arriving_.copies = arriving_.reading_copies.get();
+    arriving_.copies_taken = 0;
+  }
+  const auto start = Clock::now();
+  while (arriving_.copies_taken < arriving_.copies.size() && SecondsSince(start) < kUploadTime_s) {
+    const std::size_t v = arriving_.copies_taken++;
+    gl_.UploadSmallCopy({static_cast<std::int32_t>(v)}, arriving_.copies[v]);
+    arriving_.copies[v] = {};
+  }
+  if (arriving_.copies_taken < arriving_.copies.size()) return;
+  arriving_.copies.clear();
+  arriving_.small_copies = true;
+  arriving_.asked_view.reset();
+  ++generation_;
 }
 
 // What is wanted and not there, in this order. Counts what the view needs of it.
 void Viewer::AskForMissing() {
   std::vector<std::int32_t> ask;
   arriving_.needed_open = 0;
-  for (const PhotoSlots::Missing& m : gl_.slots()->missing()) {
+  for (const PhotoSlots::Wish& m : gl_.slots()->missing()) {
     ask.push_back(m.photo);
     if (arriving_.needed[static_cast<std::size_t>(m.photo)]) ++arriving_.needed_open;
   }
@@ -155,7 +193,7 @@ void Viewer::KeepForExposure(ViewId view, const Photo& photo) {
 void Viewer::Keep(PhotoLoader::Loaded loaded) {
   const auto v = static_cast<std::size_t>(loaded.view.value);
   if (OnDemand()) {
-    for (const PhotoSlots::Missing& m : gl_.slots()->missing())
+    for (const PhotoSlots::Wish& m : gl_.slots()->missing())
       if (m.photo == loaded.view.value) gl_.Offer(loaded.view, loaded.photo, m.size);
     arriving_.new_photos |= arriving_.needed[v];
     return AskForMissing();
@@ -175,6 +213,7 @@ void Viewer::Keep(PhotoLoader::Loaded loaded) {
 }
 
 void Viewer::TakePhotos() {
+  TakeSmallCopies();
   const auto start = Clock::now();
   while (SecondsSince(start) < kUploadTime_s) {
     std::optional<PhotoLoader::Loaded> loaded = arriving_.loader->Take();

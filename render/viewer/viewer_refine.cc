@@ -95,15 +95,15 @@ void Viewer::KeepPhotosOf(const RenderRequest& wanted) {
   std::size_t bytes = 0;
   auto photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
   const bool shared = rest_.photos.use_count() > 1;
-  for (const std::int32_t view : gl_.PhotosWanted(wanted)) {
-    const auto v = static_cast<std::size_t>(view);
+  for (const WantedPhoto& w : gl_.PhotosWanted(wanted)) {
+    const auto v = static_cast<std::size_t>(w.photo);
     const Camera& camera = scene_.CameraOf(scene_.views[v]);
     const std::size_t more = PhotoCache::BytesOf(Eigen::Vector2i(camera.width_px, camera.height_px));
     if (bytes > 0 && bytes + more > rest_.photo_bytes) break;
     bytes += more;
     Photo& have = (*rest_.photos)[v];
     if (have.levels.empty())
-      ask.push_back(view);
+      ask.push_back(w.photo);
     else
       (*photos)[v] = shared ? have : std::move(have);
   }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "render/photos/photo_cache.h"
 #include "render/photos/photo_set.h"
 #include "render/picture/source_color.h"
 #include "render/radiance/optimum/optimum.h"
@@ -30,7 +31,7 @@ enum class Show {
 // Of the last picture.
 struct RenderStatistics {
   double plan_ms = 0, blend_ms = 0;  // 0 where the two are one (a weight a pixel)
-  double bring_ms = 0;               // reading photos that were not in memory (BringBy)
+  double bring_ms = 0;               // reading photos that were not in memory (PhotoSupply)
   int halved = 0;               // the most often that photos of the picture were halved, for lack of graphics memory
   std::size_t photo_bytes = 0;  // of the photos in graphics memory, where not all of them are
   long samples = 0;             // rays at which weights were computed; 0: every pixel
@@ -59,11 +60,11 @@ class Renderer {
 
 // How a renderer gets photos that are not all in memory.
 struct PhotoSupply {
-  // Brings these into the vector of photos that the renderer was made with, each named once; others may go
-  // (PhotoCache).
-  std::function<void(std::span<const std::int32_t>)> bring;
+  // Brings these into the vector of photos that the renderer was made with, as PhotoCache::Bring; others may go.
+  std::function<void(std::span<const WantedPhoto>, bool exact)> bring;
   std::size_t at_once_bytes = 0;   // of photos with their pyramids that it can bring without halving them
   std::size_t graphics_bytes = 0;  // that photos may take in graphics memory
+  int small_halvings = -1;         // of the small copies that the vector begins with; -1: there are none
 };
 
 // Blends the pictures of one world after another. A request's view is in the world, and `use` has one entry a camera of
@@ -73,21 +74,20 @@ class WorldRenderer : public Renderer {
   // Sets the world from the next picture on, with as many cameras as before. If a camera now belongs to another view,
   // its place in the photo vector that the renderer was made with holds that view's photo, of the camera's size.
   virtual void Enter(std::shared_ptr<const PictureWorld> world) = 0;
-  // Before the first picture: from now on, photos that a picture is blended from are brought before it is blended.
-  virtual void BringBy(PhotoSupply supply) = 0;
 };
 
-// photos: one a camera of the world, those without levels may come later. They must outlive the renderer.
+// photos: one a camera of the world, those without levels may come later. They must outlive the renderer. supply: where
+// not all photos are held, those that a picture is blended from are brought before it is blended.
 using WorldRendererMaker = std::unique_ptr<WorldRenderer> (*)(std::shared_ptr<const PictureWorld> world,
-                                                              const std::vector<Photo>& photos);
+                                                              const std::vector<Photo>& photos, PhotoSupply supply);
 std::unique_ptr<WorldRenderer> MakeCpuRenderer(std::shared_ptr<const PictureWorld> world,
-                                               const std::vector<Photo>& photos);
+                                               const std::vector<Photo>& photos, PhotoSupply supply = {});
 // Offscreen through EGL (no window system needed). Throws MachineError where OpenGL 4.3 core cannot be had.
 std::unique_ptr<WorldRenderer> MakeGlRenderer(std::shared_ptr<const PictureWorld> world,
-                                              const std::vector<Photo>& photos);
+                                              const std::vector<Photo>& photos, PhotoSupply supply = {});
 // In the context that is current, now and at every call, its destruction included: a window's.
 std::unique_ptr<WorldRenderer> MakeGlRendererHere(std::shared_ptr<const PictureWorld> world,
-                                                  const std::vector<Photo>& photos);
+                                                  const std::vector<Photo>& photos, PhotoSupply supply = {});
 // Throws UsageError for what OpenGL does not draw: the optimum at every pixel.
 void RequireDrawnByGl(const RadianceSettings& settings);
 

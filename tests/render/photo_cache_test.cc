@@ -33,7 +33,15 @@ class PhotosOnDisk : public testing::Test {
   std::size_t one_ = 0;
 };
 
-void Bring(PhotoCache& cache, std::vector<std::int32_t> wanted) { cache.Bring(wanted); }
+void Bring(PhotoCache& cache, const std::vector<std::int32_t>& photos) {
+  std::vector<WantedPhoto> wanted;
+  for (const std::int32_t p : photos) wanted.push_back({p, 0});
+  cache.Bring(wanted);
+}
+
+PhotoSupply Supply(PhotoCache& cache) {
+  return {[&](std::span<const WantedPhoto> wanted, bool exact) { cache.Bring(wanted, exact); }};
+}
 
 TEST_F(PhotosOnDisk, TheOnesUsedLongestAgoMakeRoom) {
   PhotoCache cache(capture_.scene, 4 * one_);
@@ -120,8 +128,7 @@ TEST_F(PhotosOnDisk, PicturesAreTheSameAsWithAllPhotosInMemory) {
   const auto all = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), capture_.photos);
   for (const RadianceSettings& settings : {pixel, candidates, interpolated, cells, optimum, published}) {
     PhotoCache cache(capture_.scene, kPhotos * one_);
-    const auto some = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos());
-    some->BringBy({[&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); }});
+    const auto some = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos(), Supply(cache));
     std::size_t fewest = kPhotos;
     for (const int at : {0, 8, 4}) {
       // Narrow, and nobody's own view: some photos do not see it.
@@ -138,8 +145,7 @@ TEST_F(PhotosOnDisk, PicturesAreTheSameAsWithAllPhotosInMemory) {
 
 TEST_F(PhotosOnDisk, FalseColoursNeedNoPhotos) {
   PhotoCache cache(capture_.scene, one_);
-  const auto renderer = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos());
-  renderer->BringBy({[&](std::span<const std::int32_t> wanted) { cache.Bring(wanted); }});
+  const auto renderer = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos(), Supply(cache));
   RenderRequest request;
   request.view = MakeRenderView(capture_.scene, capture_.scene.views[4]);
   request.show = Show::kFalseColor;

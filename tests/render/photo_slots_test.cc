@@ -13,10 +13,14 @@ namespace {
 // Photos 0 to 9 of one kind.
 PhotoSlots Ten(PhotoRoom room) { return {std::vector<int>(10, 0), {room}}; }
 
-void Want(PhotoSlots& slots, const std::vector<std::int32_t>& photos) { slots.Want(photos); }
+void Want(PhotoSlots& slots, const std::vector<std::int32_t>& photos, PhotoSize size = PhotoSize::kWhole) {
+  std::vector<PhotoSlots::Wish> wishes;
+  for (const std::int32_t p : photos) wishes.push_back({p, size});
+  slots.Want(wishes);
+}
 
 void Fetch(PhotoSlots& slots) {
-  for (const PhotoSlots::Missing& m : slots.missing()) EXPECT_TRUE(slots.Place(m.photo, m.size).placed) << m.photo;
+  for (const PhotoSlots::Wish& m : slots.missing()) EXPECT_TRUE(slots.Place(m.photo, m.size).placed) << m.photo;
 }
 
 std::vector<std::int32_t> Held(const PhotoSlots& slots, PhotoSize size) {
@@ -94,6 +98,18 @@ TEST(PhotoSlots, PhotosAtTheLimitAreNotReadAgainAndAgain) {
   }
 }
 
+TEST(PhotoSlots, WhatIsFarAwayIsReadSmallAndStaysWhole) {
+  PhotoSlots slots = Ten({5, 3});
+  Want(slots, {1, 2}, PhotoSize::kSmall);
+  Fetch(slots);
+  EXPECT_EQ(Held(slots, PhotoSize::kSmall), (Photos{1, 2}));
+  Want(slots, {1});
+  Fetch(slots);
+  Want(slots, {1}, PhotoSize::kSmall);
+  EXPECT_TRUE(slots.missing().empty());
+  EXPECT_EQ(slots.held(1), PhotoSize::kWhole);
+}
+
 TEST(PhotoSlots, APhotoThatCannotBeReadIsNotMissing) {
   PhotoSlots slots = Ten({5, 3});
   Want(slots, {1, 2});
@@ -130,7 +146,7 @@ TEST(PhotoSlots, HoldForAnyOrderOfWishes) {
     Want(slots, wanted);
     // A whole photo that is wanted small may have made room: it comes again.
     for (int pass = 0; pass < 2; ++pass)
-      for (const PhotoSlots::Missing& m : slots.missing()) ASSERT_TRUE(slots.Place(m.photo, m.size).placed);
+      for (const PhotoSlots::Wish& m : slots.missing()) ASSERT_TRUE(slots.Place(m.photo, m.size).placed);
     ASSERT_TRUE(slots.missing().empty());
     for (std::size_t k = 0; k < room.size(); ++k) {
       int whole = 0, small = 0, asked = 0;
