@@ -173,7 +173,7 @@ std::string Describe(const RenderSummary& s) {
   if (s.fidelity) text += Describe(*s.fidelity) + "\n";
   for (const Effect& e : s.effects)
     text += fmt::format("{:<13} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),
-                        e.on ? fmt::format(" ({:.1f} ms)", e.cost_ms.value_or(0)) : "");
+                        e.on && e.cost_ms ? fmt::format(" ({:.1f} ms)", *e.cost_ms) : "");
   const std::string each = s.ms_per_frame ? fmt::format("{:.1f} ms each", *s.ms_per_frame) : "all there already";
   return text + fmt::format("{} frames, {}, proxy {}, {}", s.frames, each, s.proxy, s.device);
 }

@@ -27,6 +27,7 @@ void Halve(Photo& photo, int times) {
 }
 
 constexpr int kMostHalvings = 16;
+constexpr int kMostUseful = 4;  // more would save nothing: a photo is a 256th of its bytes
 // Bytes while a photo is being read: the file's picture, a copy and the pyramid. kReadingBytes of them may be used at
 // once, beside the budget.
 constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
@@ -109,33 +110,42 @@ std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted, boo
     for (const WantedPhoto& w : wanted) whole += Bytes(static_cast<std::size_t>(w.photo), 0);
     if (whole <= budget_) return std::vector<int>(wanted.size(), 0);
   }
-  // A photo that is held halved gets twice its rank, as if it mattered less: otherwise photos near the limit would be
-  // read again for every picture.
+  // A photo that is held too small gets twice its rank, as if it mattered less: otherwise photos near the limit would
+  // be read again for every picture.
   std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
-  std::vector<int> halvings;
+  std::vector<int> halvings, most;
   std::size_t together = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto v = static_cast<std::size_t>(wanted[i].photo);
-    int times = wanted[i].halvings;
-    const Photo& held = photos_[v];
-    // Read finer than needed by one: a camera that comes near asks for all sizes, and each is a whole file to read. So
-    // what is held stays.
-    if (times > 0 && !(small_ && times >= *small_))
-      times = held.levels.empty() || held.level0_shift > times ? times - 1 : std::max(held.level0_shift, times - 1);
-    order.emplace_back(held.level0_shift > times ? 2 * i + 1 : i, i);
+    const int held = photos_[v].level0_shift;
+    const bool there = !photos_[v].levels.empty() && !IsSmall(v);
+    most.push_back(small_ ? wanted[i].halvings : std::min(wanted[i].halvings, kMostUseful));
+    int times = most.back();
+    // What is finer than needed stays so, and what is read is finer by one: a camera that moves asks for all sizes in
+    // turn, and each would be a whole file to read.
+    if (there && held <= times)
+      times = held;
+    else if (times > 1 && !(small_ && times >= *small_))
+      --times;
+    order.emplace_back(there && held > times ? 2 * i + 1 : i, i);
     halvings.push_back(times);
     together += bytes_at(v, times);
   }
   std::ranges::sort(order);
+  const auto halve = [&](std::size_t i, int times) {
+    const auto v = static_cast<std::size_t>(wanted[i].photo);
+    together += bytes_at(v, times);
+    together -= bytes_at(v, halvings[i]);
+    halvings[i] = times;
+  };
+  // Where that is too much, those go first that are finest for what they show.
+  for (int finer = kMostHalvings; finer > 0 && together > budget_; --finer)
+    for (std::size_t n = order.size(); n-- > 0 && together > budget_;)
+      if (const std::size_t i = order[n].second; halvings[i] + finer == std::min(most[i], kMostHalvings))
+        halve(i, halvings[i] + 1);
   for (int round = 0; round < kMostHalvings && together > budget_; ++round)
-    for (std::size_t n = order.size(); n-- > 0 && together > budget_;) {
-      const std::size_t i = order[n].second;
-      if (halvings[i] > round) continue;
-      const auto v = static_cast<std::size_t>(wanted[i].photo);
-      together += bytes_at(v, round + 1);
-      together -= bytes_at(v, round);
-      halvings[i] = round + 1;
-    }
+    for (std::size_t n = order.size(); n-- > 0 && together > budget_;)
+      if (const std::size_t i = order[n].second; halvings[i] <= round) halve(i, round + 1);
   return halvings;
 }
 
@@ -173,7 +183,8 @@ void PhotoCache::Bring(std::span<const WantedPhoto> wanted, bool exact) {
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto v = static_cast<std::size_t>(wanted[i].photo);
     used_[v] = number_;
-    counts_.most_halved = std::max(counts_.most_halved, halvings[i] - (exact ? 0 : wanted[i].halvings));
+    if (!(small_ && wanted[i].halvings >= *small_))
+      counts_.most_halved = std::max(counts_.most_halved, halvings[i] - (exact ? 0 : wanted[i].halvings));
     Photo& photo = photos_[v];
     if (small_ && halvings[i] >= *small_) {
       if (!IsSmall(v)) Drop(v);

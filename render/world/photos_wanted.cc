@@ -11,7 +11,9 @@
 namespace lumi {
 namespace {
 
-constexpr int kLooks = 4;  // points a side of a cell
+constexpr int kLooks = 4;              // points a side of a cell
+constexpr double kSpareLevels = 0.5;   // of a pyramid: something between the points may be nearer
+constexpr int kUnseenHalvings = 1000;  // of a photo that ends before all of its cells' points: an epipole's mostly
 
 // The fewest photo pixels for one of the view's pixels, for each entry of plan.camera.
 std::vector<float> PixelsAPixel(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer) {
@@ -41,8 +43,13 @@ std::vector<float> PixelsAPixel(const CandidatePlan& plan, const ViewSetup& setu
              entry < static_cast<std::size_t>(plan.first[cell + 1]); ++entry) {
           const auto j = static_cast<std::size_t>(plan.camera[entry]);
           const Eigen::Vector3f to_point = x - Eigen::Vector3f(s.dx[j], s.dy[j], s.dz[j]);
-          const float depth = s.m[6][j] * to_point.x() + s.m[7][j] * to_point.y() + s.m[8][j] * to_point.z();
-          if (depth > 0) fewest[entry] = std::min(fewest[entry], s.focal_px[j] / depth / view_px);
+          const auto row = [&](std::size_t r) {
+            return s.m[3 * r][j] * to_point.x() + s.m[3 * r + 1][j] * to_point.y() + s.m[3 * r + 2][j] * to_point.z();
+          };
+          const float depth = row(2), u = row(0), v = row(1);
+          // A cell may see what is near and what is far: photos of the one do not show the other.
+          if (!(depth > 0) || u < 0 || v < 0 || u > s.width_px[j] * depth || v > s.height_px[j] * depth) continue;
+          fewest[entry] = std::min(fewest[entry], s.focal_px[j] / depth / view_px);
         }
       }
     }
@@ -62,10 +69,8 @@ std::vector<WantedPhoto> PhotosWanted(const CandidatePlan& plan, const ViewSetup
   std::vector<WantedPhoto> wanted;
   for (const std::int32_t photo : MostUsedFirst(plan.camera)) {
     const float of_photo = fewest[static_cast<std::size_t>(photo)];
-    // A photo whose cells were hit nowhere: what it shows is unknown.
-    const int halvings =
-        std::isfinite(of_photo) ? static_cast<int>(std::floor(std::log2(std::max(of_photo, 1.0F)))) - 1 : 0;
-    wanted.push_back({photo, std::max(0, halvings)});
+    const double halvings = std::floor(std::log2(std::max(of_photo, 1.0F)) - kSpareLevels);
+    wanted.push_back({photo, std::isfinite(of_photo) ? std::max(0, static_cast<int>(halvings)) : kUnseenHalvings});
   }
   return wanted;
 }

@@ -10,9 +10,9 @@
 
 namespace lumi {
 
-// The photos of the plan's cells, those of the most cells first. A photo may be halved as often as leaves it, at the
-// points that the cells see, two pixels or more for each of the view's: what is seen of the proxy between the points
-// where a cell is looked at, nearer than twice less, is less sharp than it could be.
+// The photos of the plan's cells, those of the most cells first. A photo may be halved as often as leaves it, where it
+// shows points that its cells see, 1.4 pixels or more for each of the view's: what lies nearer than that between these
+// points is less sharp than it could be.
 std::vector<WantedPhoto> PhotosWanted(const CandidatePlan& plan, const ViewSetup& setup, const ProxyTracer& tracer);
 
 }  // namespace lumi
