@@ -50,8 +50,8 @@ class GlLumigraph {
   // The most important ones first. What may be halved as often as its small copy is not missing.
   void WantPhotos(std::span<const WantedPhoto> wanted);
   void UploadSmallCopy(ViewId view, const Photo& copy);
-  // Uploads the photo in this size if that is still wanted; others may go for it.
-  void Offer(ViewId view, const Photo& photo, PhotoSize size);
+  // Uploads the photo, halved so often, if that is still wanted; others may go for it.
+  void Offer(ViewId view, const Photo& photo, int halvings);
   void GiveUp(ViewId view);  // it cannot be read
   void DropPhotos();         // all
   bool Has(ViewId view) const { return photos_.places()[static_cast<std::size_t>(view.value)].loaded; }

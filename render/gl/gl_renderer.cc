@@ -113,7 +113,7 @@ class GlRenderer final : public WorldRenderer {
     if (slots == nullptr) {
       std::vector<PhotoSlots::Wish> missing;
       for (const WantedPhoto& w : wanted)
-        if (!lumigraph_->Has({w.photo})) missing.push_back({w.photo, PhotoSize::kWhole});
+        if (!lumigraph_->Has({w.photo})) missing.push_back({w.photo, 0});
       Bring(missing);
       return 0;
     }
@@ -121,8 +121,7 @@ class GlRenderer final : public WorldRenderer {
     for (auto missing = slots->missing(); !missing.empty(); missing = slots->missing()) Bring(missing);
     int halved = 0;
     for (const WantedPhoto& w : wanted) {
-      const PhotoSize held = slots->held(w.photo);
-      const int have = held == PhotoSize::kWhole ? 0 : held == PhotoSize::kSmall ? kSmallShift : supply_.small_halvings;
+      const int have = slots->held(w.photo).value_or(std::max(supply_.small_halvings, kSlotSizes));
       halved = std::max(halved, have - w.halvings);
     }
     return halved;
@@ -142,7 +141,7 @@ class GlRenderer final : public WorldRenderer {
       for (const WantedPhoto& w : batch) {
         const Photo& photo = photos_[static_cast<std::size_t>(w.photo)];
         if (lumigraph_->slots() != nullptr)
-          lumigraph_->Offer({w.photo}, photo, missing[from].size);
+          lumigraph_->Offer({w.photo}, photo, missing[from].halvings);
         else
           lumigraph_->Upload({w.photo}, photo);
         ++from;

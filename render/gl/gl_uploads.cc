@@ -112,7 +112,7 @@ void GlLumigraph::WantPhotos(std::span<const WantedPhoto> wanted) {
   for (const WantedPhoto& w : wanted) {
     const bool copied = photos_.places()[static_cast<std::size_t>(w.photo)].loaded;
     if (copied && small_halvings_ >= 0 && w.halvings >= small_halvings_) continue;
-    wishes.push_back({w.photo, w.halvings >= kSmallShift ? PhotoSize::kSmall : PhotoSize::kWhole});
+    wishes.push_back({w.photo, std::min(w.halvings, kSlotSizes - 1)});
   }
   slots_.value().Want(wishes);
 }
@@ -121,18 +121,17 @@ void GlLumigraph::UploadSmallCopy(ViewId view, const Photo& copy) {
   photos_.UploadSmallCopy(static_cast<std::size_t>(view.value), copy);
 }
 
-void GlLumigraph::Offer(ViewId view, const Photo& photo, PhotoSize size) {
-  const PhotoSlots::Placed placed = slots_.value().Place(view.value, size);
+void GlLumigraph::Offer(ViewId view, const Photo& photo, int halvings) {
+  const PhotoSlots::Placed placed = slots_.value().Place(view.value, halvings);
   if (!placed.placed) return;
   if (placed.dropped >= 0) Drop({placed.dropped});
-  if (size == PhotoSize::kWhole) return Upload(view, photo);
   // At least a level stays: a photo of a few pixels is small as it is.
-  const auto from = static_cast<std::size_t>(
-      std::clamp(kSmallShift - photo.level0_shift, 0, static_cast<int>(photo.levels.size()) - 1));
-  Photo small;
-  small.levels.assign(photo.levels.begin() + static_cast<std::ptrdiff_t>(from), photo.levels.end());
-  small.level0_shift = photo.level0_shift + static_cast<int>(from);
-  Upload(view, small);
+  const int from = std::clamp(halvings - photo.level0_shift, 0, static_cast<int>(photo.levels.size()) - 1);
+  if (from == 0) return Upload(view, photo);
+  Photo halved;
+  halved.levels.assign(photo.levels.begin() + from, photo.levels.end());
+  halved.level0_shift = photo.level0_shift + from;
+  Upload(view, halved);
 }
 
 void GlLumigraph::GiveUp(ViewId view) { slots_.value().GiveUp(view.value); }

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 #include <stdexcept>
@@ -29,8 +30,6 @@ Eigen::Vector2i Halved(const Eigen::Vector2i& size, int times) {
   return {std::max(1, size.x() >> times), std::max(1, size.y() >> times)};
 }
 
-Eigen::Vector2i SmallSize(const Eigen::Vector2i& size) { return Halved(size, kSmallShift); }
-
 // Throws std::invalid_argument for what does not fit into a layer of this size.
 void Check(const Photo& photo, const Eigen::Vector2i& most_px) {
   if (photo.levels.empty()) throw std::invalid_argument("PhotoTextures: the photo is not loaded");
@@ -56,15 +55,18 @@ std::size_t BytesOf(const std::vector<SizeClass>& classes, int halvings = 0) {
 
 // Layers for the photos of a class: all, or a share of `bytes` by what they would take.
 PhotoRoom RoomOf(const SizeClass& c, std::size_t bytes, std::size_t all) {
-  constexpr double kWholeShare = 0.75;  // of the bytes; small photos take a sixteenth each, and get the others
+  constexpr std::array<double, kSlotSizes> kShares = {0.6, 0.25, 0.15};  // of the bytes
   const int photos = static_cast<int>(c.photos.size());
-  if (all <= bytes) return {photos, 0};
+  if (all <= bytes) return {photos, 0, 0};
   const double share = static_cast<double>(bytes) * static_cast<double>(LayerBytes(c.size_px) * c.photos.size()) /
                        static_cast<double>(all);
-  const auto layers = [&](double of_bytes, const Eigen::Vector2i& size) {
-    return std::clamp(static_cast<int>(of_bytes / static_cast<double>(LayerBytes(size))), 1, photos);
-  };
-  return {layers(kWholeShare * share, c.size_px), layers((1 - kWholeShare) * share, SmallSize(c.size_px))};
+  PhotoRoom room{};
+  for (int h = 0; h < kSlotSizes; ++h) {
+    const auto i = static_cast<std::size_t>(h);
+    const double layers = kShares[i] * share / static_cast<double>(LayerBytes(Halved(c.size_px, h)));
+    room[i] = std::clamp(static_cast<int>(layers), 1, photos);
+  }
+  return room;
 }
 
 int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::size_t bytes, int small_halvings) {
@@ -75,7 +77,7 @@ int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::siz
   int n = 0;
   for (const SizeClass& c : classes) {
     const PhotoRoom room = RoomOf(c, bytes, BytesOf(classes));
-    n += textures(room.whole, c.size_px) + textures(room.small, SmallSize(c.size_px));
+    for (int h = 0; h < kSlotSizes; ++h) n += textures(room[static_cast<std::size_t>(h)], Halved(c.size_px, h));
     if (small_halvings >= 0) n += textures(static_cast<int>(c.photos.size()), Halved(c.size_px, small_halvings));
   }
   return n;
@@ -153,9 +155,11 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     const PhotoRoom room = RoomOf(c, bytes, all);
     Kind kind;
     kind.whole_px = c.size_px;
-    const Eigen::Vector2i small_px = SmallSize(c.size_px);
-    AddGroups(c.size_px, room.whole, LayersPerTexture(c.size_px, max_layers), kind.free_whole);
-    AddGroups(small_px, room.small, LayersPerTexture(small_px, max_layers), kind.free_small);
+    for (int h = 0; h < kSlotSizes; ++h) {
+      const auto i = static_cast<std::size_t>(h);
+      const Eigen::Vector2i size_px = Halved(c.size_px, h);
+      AddGroups(size_px, room[i], LayersPerTexture(size_px, max_layers), kind.free[i]);
+    }
     for (const std::size_t photo : c.photos) kinds_[photo] = static_cast<int>(rooms_.size());
     if (small_halvings >= 0) {
       const Eigen::Vector2i copy_px = Halved(c.size_px, small_halvings);
@@ -186,9 +190,15 @@ void PhotoTextures::AddGroups(const Eigen::Vector2i& size_px, int layers, int la
 
 std::vector<PhotoTextures::Layer>& PhotoTextures::FreeLayers(std::size_t index, const Eigen::Vector2i& size_px) {
   Kind& kind = of_kind_[static_cast<std::size_t>(kinds_[index])];
-  const Eigen::Vector2i planned_px = planned_px_[index];
-  const bool small = !holds_all_ && size_px != planned_px && (size_px.array() <= SmallSize(planned_px).array()).all();
-  return small ? kind.free_small : kind.free_whole;
+  // The smallest slot that it fits into; a photo of a pixel fits all alike.
+  std::size_t h = 0;
+  if (!holds_all_)
+    while (h + 1 < kind.free.size()) {
+      const Eigen::Vector2i next = Halved(planned_px_[index], static_cast<int>(h) + 1);
+      if (next == Halved(planned_px_[index], static_cast<int>(h)) || (size_px.array() > next.array()).any()) break;
+      ++h;
+    }
+  return kind.free[h];
 }
 
 void PhotoTextures::TakeLayer(std::size_t index, const Eigen::Vector2i& size_px) {

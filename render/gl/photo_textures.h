@@ -1,9 +1,10 @@
 // The photographs as array textures: one layer a photo, its pyramid in the layer's upper-left corner, so that the GPU
 // reads the very texels that the CPU does. Where not all of them fit, there are layers for some whole photos and for
-// more small ones, and photos come and go (PhotoSlots).
+// more halved ones, and photos come and go (PhotoSlots).
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -78,7 +79,7 @@ class PhotoTextures {
   // Of photos of one size, about.
   struct Kind {
     Eigen::Vector2i whole_px = Eigen::Vector2i::Zero();
-    std::vector<Layer> free_whole, free_small;  // the last one is taken first
+    std::array<std::vector<Layer>, kSlotSizes> free;  // the last one is taken first
   };
   std::vector<Group> groups_;
   std::vector<PhotoPlace> places_, small_copies_;

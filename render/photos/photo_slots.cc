@@ -6,68 +6,66 @@
 namespace lumi {
 namespace {
 
-// Photos are made whole up to this share of the slots; up to all of them, those that are whole stay so. Otherwise
+// Photos are read into a size up to this share of its slots; up to all of them, those that are there stay. Otherwise
 // photos at the limit would be read again and again while a camera moves.
 constexpr double kReadShare = 0.8;
-
-int& Count(PhotoRoom& room, PhotoSize size) { return size == PhotoSize::kWhole ? room.whole : room.small; }
 
 }  // namespace
 
 PhotoSlots::PhotoSlots(std::vector<int> kind, std::vector<PhotoRoom> room)
     : kind_(std::move(kind)),
       room_(std::move(room)),
-      used_(room_.size()),
-      held_(kind_.size(), PhotoSize::kNone),
-      wanted_(kind_.size(), PhotoSize::kNone),
+      used_(room_.size(), PhotoRoom{}),
+      held_(kind_.size()),
+      wanted_(kind_.size()),
       when_(kind_.size(), 0),
       given_up_(kind_.size(), false) {}
 
-int PhotoSlots::Free(int kind, PhotoSize size) const {
-  PhotoRoom room = room_[static_cast<std::size_t>(kind)], used = used_[static_cast<std::size_t>(kind)];
-  return Count(room, size) - Count(used, size);
+int PhotoSlots::Free(int kind, int halvings) const {
+  const auto k = static_cast<std::size_t>(kind), h = static_cast<std::size_t>(halvings);
+  return room_[k][h] - used_[k][h];
 }
 
 void PhotoSlots::Want(std::span<const Wish> wishes) {
   ++number_;
-  for (const std::int32_t p : order_) wanted_[static_cast<std::size_t>(p)] = PhotoSize::kNone;
+  for (const std::int32_t p : order_) wanted_[static_cast<std::size_t>(p)].reset();
   order_.clear();
   std::vector<PhotoRoom> left = room_, read = room_;
   for (PhotoRoom& r : read)
-    if (r.whole > 1) r.whole = static_cast<int>(kReadShare * r.whole);
-  for (const auto& [p, size] : wishes) {
-    const auto i = static_cast<std::size_t>(p);
-    const auto kind = static_cast<std::size_t>(kind_[i]);
-    PhotoRoom& room = left[kind];
-    const bool whole =
-        size == PhotoSize::kWhole && room.whole > 0 && (read[kind].whole > 0 || held_[i] == PhotoSize::kWhole);
-    if (size == PhotoSize::kWhole) --read[kind].whole;
-    if (!whole && room.small == 0) continue;
-    wanted_[i] = whole ? PhotoSize::kWhole : PhotoSize::kSmall;
-    --Count(room, wanted_[i]);
-    when_[i] = number_;
-    order_.push_back(p);
+    for (int& slots : r)
+      if (slots > 1) slots = static_cast<int>(kReadShare * slots);
+  for (const Wish& wish : wishes) {
+    const auto p = static_cast<std::size_t>(wish.photo), kind = static_cast<std::size_t>(kind_[p]);
+    for (int halvings = wish.halvings; halvings < kSlotSizes; ++halvings) {
+      const auto h = static_cast<std::size_t>(halvings);
+      if (left[kind][h] == 0 || (read[kind][h]-- <= 0 && held_[p] != halvings)) continue;
+      --left[kind][h];
+      wanted_[p] = halvings;
+      when_[p] = number_;
+      order_.push_back(wish.photo);
+      break;
+    }
   }
 }
 
 std::vector<PhotoSlots::Wish> PhotoSlots::missing() const {
   std::vector<Wish> missing;
-  for (const std::int32_t p : order_) {
-    const auto i = static_cast<std::size_t>(p);
-    if (held_[i] < wanted_[i] && !given_up_[i]) missing.push_back({p, wanted_[i]});
+  for (const std::int32_t photo : order_) {
+    const auto p = static_cast<std::size_t>(photo);
+    if ((!held_[p] || *held_[p] > *wanted_[p]) && !given_up_[p]) missing.push_back({photo, *wanted_[p]});
   }
   return missing;
 }
 
-PhotoSlots::Placed PhotoSlots::Place(std::int32_t photo, PhotoSize size) {
+PhotoSlots::Placed PhotoSlots::Place(std::int32_t photo, int halvings) {
+  if (halvings < 0 || halvings >= kSlotSizes) throw std::invalid_argument("PhotoSlots: there are no such slots");
   const auto i = static_cast<std::size_t>(photo);
-  if (size == PhotoSize::kNone) throw std::invalid_argument("PhotoSlots: a photo has a size");
-  if (held_[i] == size) return {true, -1};
+  if (held_[i] == halvings) return {true, -1};
   Placed result;
-  if (Free(kind_[i], size) == 0) {
+  if (Free(kind_[i], halvings) == 0) {
     // Who is wanted in this size keeps its slot; there are no more of them than slots.
     for (std::size_t p = 0; p < kind_.size(); ++p) {
-      if (p == i || kind_[p] != kind_[i] || held_[p] != size || wanted_[p] == size) continue;
+      if (p == i || kind_[p] != kind_[i] || held_[p] != halvings || wanted_[p] == halvings) continue;
       if (result.dropped < 0 || when_[p] < when_[static_cast<std::size_t>(result.dropped)])
         result.dropped = static_cast<std::int32_t>(p);
     }
@@ -75,17 +73,17 @@ PhotoSlots::Placed PhotoSlots::Place(std::int32_t photo, PhotoSize size) {
     Drop(result.dropped);
   }
   Drop(photo);
-  held_[i] = size;
-  ++Count(used_[static_cast<std::size_t>(kind_[i])], size);
+  held_[i] = halvings;
+  ++used_[static_cast<std::size_t>(kind_[i])][static_cast<std::size_t>(halvings)];
   result.placed = true;
   return result;
 }
 
 void PhotoSlots::Drop(std::int32_t photo) {
   const auto i = static_cast<std::size_t>(photo);
-  if (held_[i] == PhotoSize::kNone) return;
-  --Count(used_[static_cast<std::size_t>(kind_[i])], held_[i]);
-  held_[i] = PhotoSize::kNone;
+  if (!held_[i]) return;
+  --used_[static_cast<std::size_t>(kind_[i])][static_cast<std::size_t>(*held_[i])];
+  held_[i].reset();
 }
 
 void PhotoSlots::GiveUp(std::int32_t photo) { given_up_[static_cast<std::size_t>(photo)] = true; }

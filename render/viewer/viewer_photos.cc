@@ -76,7 +76,7 @@ void Viewer::WantOnDemand(const RenderRequest& request, const RenderRequest* ahe
       near.emplace_back(CameraDistance(scene_, camera, scene_.views[v].cam_from_world), static_cast<std::int32_t>(v));
     const std::size_t kept = std::min(count, kMostNear);
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(kept), near.end());
-    for (std::size_t i = 0; i < kept; ++i) add({near[i].second, kSmallShift});
+    for (std::size_t i = 0; i < kept; ++i) add({near[i].second, kSlotSizes - 1});
   }
   gl_.WantPhotos(wanted);
   AskForMissing();
@@ -194,7 +194,7 @@ void Viewer::Keep(PhotoLoader::Loaded loaded) {
   const auto v = static_cast<std::size_t>(loaded.view.value);
   if (OnDemand()) {
     for (const PhotoSlots::Wish& m : gl_.slots()->missing())
-      if (m.photo == loaded.view.value) gl_.Offer(loaded.view, loaded.photo, m.size);
+      if (m.photo == loaded.view.value) gl_.Offer(loaded.view, loaded.photo, m.halvings);
     arriving_.new_photos |= arriving_.needed[v];
     return AskForMissing();
   }

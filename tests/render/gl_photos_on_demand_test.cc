@@ -82,7 +82,7 @@ TEST_F(GlPhotosOnDemand, WhatDoesNotFitIsSmallAndNoHole) {
   const auto some = Some(cache, 2);
   for (const int view : {0, 20, 39}) {
     const ImageF a = some->Render(At(view)), b = all_->Render(At(view));
-    EXPECT_EQ(some->Statistics().halved, kSmallShift);
+    EXPECT_GT(some->Statistics().halved, 0);
     EXPECT_LE(some->Statistics().photo_bytes, 2 * one_ * 4 / 3);
     for (std::size_t i = 3; i < a.data.size(); i += 4) ASSERT_NEAR(a.data[i], b.data[i], 1e-6) << i / 4;
     constexpr double kBlurredDb = 18;

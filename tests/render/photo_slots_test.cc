@@ -13,80 +13,80 @@ namespace {
 // Photos 0 to 9 of one kind.
 PhotoSlots Ten(PhotoRoom room) { return {std::vector<int>(10, 0), {room}}; }
 
-void Want(PhotoSlots& slots, const std::vector<std::int32_t>& photos, PhotoSize size = PhotoSize::kWhole) {
+void Want(PhotoSlots& slots, const std::vector<std::int32_t>& photos, int halvings = 0) {
   std::vector<PhotoSlots::Wish> wishes;
-  for (const std::int32_t p : photos) wishes.push_back({p, size});
+  for (const std::int32_t p : photos) wishes.push_back({p, halvings});
   slots.Want(wishes);
 }
 
 void Fetch(PhotoSlots& slots) {
-  for (const PhotoSlots::Wish& m : slots.missing()) EXPECT_TRUE(slots.Place(m.photo, m.size).placed) << m.photo;
+  for (const PhotoSlots::Wish& m : slots.missing()) EXPECT_TRUE(slots.Place(m.photo, m.halvings).placed) << m.photo;
 }
 
-std::vector<std::int32_t> Held(const PhotoSlots& slots, PhotoSize size) {
+std::vector<std::int32_t> Held(const PhotoSlots& slots, int halvings) {
   std::vector<std::int32_t> held;
   for (std::int32_t p = 0; p < 10; ++p)
-    if (slots.held(p) == size) held.push_back(p);
+    if (slots.held(p) == halvings) held.push_back(p);
   return held;
 }
 
 using Photos = std::vector<std::int32_t>;
 
 TEST(PhotoSlots, TheMostWantedAreWholeAndThoseAfterThemSmall) {
-  PhotoSlots slots = Ten({5, 3});
+  PhotoSlots slots = Ten({5, 0, 3});
   Want(slots, {9, 8, 7, 6, 5, 4, 3, 2});
   const auto missing = slots.missing();
-  ASSERT_EQ(missing.size(), 7U) << "four of five whole ones, three small ones; 2 is not held";
+  ASSERT_EQ(missing.size(), 6U) << "four of five whole slots, two of three small ones";
   EXPECT_EQ(missing[0].photo, 9);
-  EXPECT_EQ(missing[0].size, PhotoSize::kWhole);
+  EXPECT_EQ(missing[0].halvings, 0);
   EXPECT_EQ(missing[4].photo, 5);
-  EXPECT_EQ(missing[4].size, PhotoSize::kSmall);
+  EXPECT_EQ(missing[4].halvings, 2);
   Fetch(slots);
   EXPECT_TRUE(slots.missing().empty());
-  EXPECT_EQ(Held(slots, PhotoSize::kWhole), (Photos{6, 7, 8, 9}));
-  EXPECT_EQ(Held(slots, PhotoSize::kSmall), (Photos{3, 4, 5}));
+  EXPECT_EQ(Held(slots, 0), (Photos{6, 7, 8, 9}));
+  EXPECT_EQ(Held(slots, 2), (Photos{4, 5}));
   // A small one that matters more is read again, whole; its small slot is free then.
   Want(slots, {5, 9});
   ASSERT_EQ(slots.missing().size(), 1U);
   EXPECT_EQ(slots.missing()[0].photo, 5);
   Fetch(slots);
-  EXPECT_EQ(Held(slots, PhotoSize::kWhole), (Photos{5, 6, 7, 8, 9}));
-  EXPECT_EQ(Held(slots, PhotoSize::kSmall), (Photos{3, 4}));
+  EXPECT_EQ(Held(slots, 0), (Photos{5, 6, 7, 8, 9}));
+  EXPECT_EQ(Held(slots, 2), (Photos{4}));
 }
 
 TEST(PhotoSlots, TheOneWantedLongestAgoMakesRoom) {
-  PhotoSlots slots = Ten({3, 1});
+  PhotoSlots slots = Ten({3, 0, 1});
   for (const std::int32_t p : {0, 1, 2}) {
     Want(slots, {p});
     Fetch(slots);
   }
   Want(slots, {0, 3});
-  const PhotoSlots::Placed placed = slots.Place(3, PhotoSize::kWhole);
+  const PhotoSlots::Placed placed = slots.Place(3, 0);
   EXPECT_TRUE(placed.placed);
   EXPECT_EQ(placed.dropped, 1);
-  EXPECT_EQ(Held(slots, PhotoSize::kWhole), (Photos{0, 2, 3}));
+  EXPECT_EQ(Held(slots, 0), (Photos{0, 2, 3}));
 }
 
 TEST(PhotoSlots, APhotoThatComesTooLateFindsNoRoom) {
-  PhotoSlots slots = Ten({2, 1});
+  PhotoSlots slots = Ten({2, 0, 1});
   Want(slots, {0, 1});
   Want(slots, {2});
   Fetch(slots);
-  EXPECT_TRUE(slots.Place(0, PhotoSize::kWhole).placed) << "there is a free slot";
+  EXPECT_TRUE(slots.Place(0, 0).placed) << "there is a free slot";
   Want(slots, {2});
-  const PhotoSlots::Placed late = slots.Place(3, PhotoSize::kWhole);
+  const PhotoSlots::Placed late = slots.Place(3, 0);
   EXPECT_TRUE(late.placed);
   EXPECT_EQ(late.dropped, 0);
-  PhotoSlots one = Ten({1, 1});
+  PhotoSlots one = Ten({1, 0, 1});
   Want(one, {4});
   Fetch(one);
-  EXPECT_FALSE(one.Place(5, PhotoSize::kWhole).placed) << "4 is wanted";
-  EXPECT_EQ(one.held(4), PhotoSize::kWhole);
+  EXPECT_FALSE(one.Place(5, 0).placed) << "4 is wanted";
+  EXPECT_EQ(one.held(4), 0);
 }
 
 // A camera that goes to and fro swaps the ranks of two photos at the limit.
 TEST(PhotoSlots, PhotosAtTheLimitAreNotReadAgainAndAgain) {
-  PhotoSlots slots = Ten({5, 5});
+  PhotoSlots slots = Ten({5, 0, 5});
   const Photos there{0, 1, 2, 3, 4, 5}, back{0, 1, 2, 4, 3, 5};
   Want(slots, there);
   Fetch(slots);
@@ -99,19 +99,19 @@ TEST(PhotoSlots, PhotosAtTheLimitAreNotReadAgainAndAgain) {
 }
 
 TEST(PhotoSlots, WhatIsFarAwayIsReadSmallAndStaysWhole) {
-  PhotoSlots slots = Ten({5, 3});
-  Want(slots, {1, 2}, PhotoSize::kSmall);
+  PhotoSlots slots = Ten({5, 0, 3});
+  Want(slots, {1, 2}, 2);
   Fetch(slots);
-  EXPECT_EQ(Held(slots, PhotoSize::kSmall), (Photos{1, 2}));
+  EXPECT_EQ(Held(slots, 2), (Photos{1, 2}));
   Want(slots, {1});
   Fetch(slots);
-  Want(slots, {1}, PhotoSize::kSmall);
+  Want(slots, {1}, 2);
   EXPECT_TRUE(slots.missing().empty());
-  EXPECT_EQ(slots.held(1), PhotoSize::kWhole);
+  EXPECT_EQ(slots.held(1), 0);
 }
 
 TEST(PhotoSlots, APhotoThatCannotBeReadIsNotMissing) {
-  PhotoSlots slots = Ten({5, 3});
+  PhotoSlots slots = Ten({5, 0, 3});
   Want(slots, {1, 2});
   slots.GiveUp(1);
   ASSERT_EQ(slots.missing().size(), 1U);
@@ -119,15 +119,15 @@ TEST(PhotoSlots, APhotoThatCannotBeReadIsNotMissing) {
 }
 
 TEST(PhotoSlots, KindsDoNotTakeEachOthersSlots) {
-  PhotoSlots slots({0, 0, 0, 1, 1}, {{1, 1}, {1, 0}});
+  PhotoSlots slots({0, 0, 0, 1, 1}, {PhotoRoom{1, 0, 1}, PhotoRoom{1, 0, 0}});
   Want(slots, {0, 1, 2, 3, 4});
   const auto missing = slots.missing();
   ASSERT_EQ(missing.size(), 3U);
   EXPECT_EQ(missing[0].photo, 0);
   EXPECT_EQ(missing[1].photo, 1);
-  EXPECT_EQ(missing[1].size, PhotoSize::kSmall);
+  EXPECT_EQ(missing[1].halvings, 2);
   EXPECT_EQ(missing[2].photo, 3);
-  EXPECT_EQ(missing[2].size, PhotoSize::kWhole);
+  EXPECT_EQ(missing[2].halvings, 0);
 }
 
 // Whatever is wanted: never more than the slots, and what is wanted is there once it came, in its size or larger.
@@ -136,7 +136,7 @@ TEST(PhotoSlots, HoldForAnyOrderOfWishes) {
   constexpr int kPhotos = 60;
   std::vector<int> kind(kPhotos);
   for (int& k : kind) k = static_cast<int>(random() % 3);
-  const std::vector<PhotoRoom> room{{4, 7}, {1, 1}, {9, 0}};
+  const std::vector<PhotoRoom> room{{4, 5, 7}, {1, 0, 1}, {9, 3, 0}};
   PhotoSlots slots(kind, room);
   Photos all(kPhotos);
   std::iota(all.begin(), all.end(), 0);
@@ -144,21 +144,24 @@ TEST(PhotoSlots, HoldForAnyOrderOfWishes) {
     std::shuffle(all.begin(), all.end(), random);
     const Photos wanted(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(random() % kPhotos));
     Want(slots, wanted);
-    // A whole photo that is wanted small may have made room: it comes again.
-    for (int pass = 0; pass < 2; ++pass)
-      for (const PhotoSlots::Wish& m : slots.missing()) ASSERT_TRUE(slots.Place(m.photo, m.size).placed);
+    // A photo that is held larger than wanted may have made room: it comes again.
+    for (int pass = 0; pass < kSlotSizes; ++pass)
+      for (const PhotoSlots::Wish& m : slots.missing()) ASSERT_TRUE(slots.Place(m.photo, m.halvings).placed);
     ASSERT_TRUE(slots.missing().empty());
     for (std::size_t k = 0; k < room.size(); ++k) {
-      int whole = 0, small = 0, asked = 0;
-      for (int p = 0; p < kPhotos; ++p) {
-        if (kind[static_cast<std::size_t>(p)] != static_cast<int>(k)) continue;
-        whole += slots.held(p) == PhotoSize::kWhole ? 1 : 0;
-        small += slots.held(p) == PhotoSize::kSmall ? 1 : 0;
+      PhotoRoom held{};
+      int of_kind = 0, asked = 0, least = 0;
+      for (int p = 0; p < kPhotos; ++p)
+        if (kind[static_cast<std::size_t>(p)] == static_cast<int>(k) && slots.held(p)) {
+          ++held[static_cast<std::size_t>(*slots.held(p))];
+          ++of_kind;
+        }
+      for (std::size_t h = 0; h < held.size(); ++h) {
+        ASSERT_LE(held[h], room[k][h]);
+        least += room[k][h] == 1 ? 1 : static_cast<int>(0.8 * room[k][h]);
       }
       for (const std::int32_t p : wanted) asked += kind[static_cast<std::size_t>(p)] == static_cast<int>(k) ? 1 : 0;
-      ASSERT_LE(whole, room[k].whole);
-      ASSERT_LE(small, room[k].small);
-      ASSERT_GE(whole + small, std::min(asked, static_cast<int>(0.8 * room[k].whole) + room[k].small));
+      ASSERT_GE(of_kind, std::min(asked, least));
     }
   }
 }
