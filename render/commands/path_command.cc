@@ -103,6 +103,7 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   // The last digits depend on the register width: frames made with different widths are not joined.
   text += o.backend == "gl" ? fmt::format("device {}\n", job.renderer->Device())
                             : fmt::format("registers of {} bits\n", 8 * WidestRegister());
+  if (l.cache() != nullptr) text += "photos as large as they are seen\n";
   text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
                       o.nominal_focal_px);
   text += fmt::format("scene {} manifest {} proxy {}\n",
@@ -264,6 +265,10 @@ void RenderPath(RenderJob& job) {
     request.use = job.lumigraph.InWindow(request.view, {});
     const auto start = std::chrono::steady_clock::now();
     ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
+    const bool slots_matter = o.backend == "gl" && job.lumigraph.cache() != nullptr;
+    if (o.part_of_path() && slots_matter)
+      throw MachineError("the photos do not fit into memory here, and OpenGL's pictures depend on which ones do",
+                         "use --backend cpu, or give more --memory-mb");
     if (job.most_halved > 0) {
       if (o.part_of_path())
         throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
@@ -297,7 +302,8 @@ void RenderPath(RenderJob& job) {
   job.summary.coverage = seen / n;
   figures.coverage_window = window / n;
   figures.coverage_wider = wider / n;
-  figures.ms_slowest = *std::ranges::max_element(times);
+  figures.ms_first = times.front();
+  if (times.size() > 1) figures.ms_slowest = *std::ranges::max_element(times.begin() + 1, times.end());
   job.summary.ms_per_frame = Median(times);
 }
 

@@ -92,6 +92,7 @@ void ListKeys(JsonKeys& j, RenderSummary& s) {
   if (s.path) {
     PathFigures& p = *s.path;
     j("frames_reused", p.reused, "width", p.size_px.x(), "height", p.size_px.y());
+    if (p.ms_first > 0) j("first_ms", p.ms_first);
     if (p.ms_slowest > 0) j("slowest_ms", p.ms_slowest);
     if (p.widened) j("coverage_window", p.coverage_window, "coverage_wider", p.coverage_wider);
     j.IfAny("video", p.video);

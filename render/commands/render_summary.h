@@ -16,7 +16,8 @@ namespace lumi {
 struct PathFigures {
   long reused = 0;  // frames that were there already
   Eigen::Vector2i size_px = {0, 0};
-  double ms_slowest = 0;  // of the frames rendered
+  double ms_first = 0;    // of the frames rendered: maps of what photos see are made, and photos read
+  double ms_slowest = 0;  // of those after it
   bool widened = false;   // --border fill with a proxy for each view: the two coverages, shares of the pixels, are set
   std::optional<double> coverage_window, coverage_wider;
   std::string video;  // empty: none

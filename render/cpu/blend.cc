@@ -115,10 +115,11 @@ void Blend(const FramePlan& plan, const ViewSetup& setup, ImageF& image, const R
 }  // namespace
 
 void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector<Photo>& photos,
-                const std::vector<float>& gains, ImageF& image) {
+                const std::vector<float>& gains, ImageF& image, std::span<const int> seen) {
   const RelativeSources& r = setup.sources;
   Blend(plan, setup, image, [&](std::size_t j, float u, float v, const auto& footprint) {
-    const float level = setup.settings.prefilter ? LevelOf(footprint()) : 0.0F;
+    const float asked = setup.settings.prefilter ? LevelOf(footprint()) : 0.0F;
+    const float level = seen.empty() ? asked : std::max(asked, static_cast<float>(seen[j]));
     const float scale = (gains.empty() ? 1.0F : gains[j]) / 255.0F;
     return Eigen::Array3f(scale * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level));
   });

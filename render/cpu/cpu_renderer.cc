@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,7 +28,7 @@ namespace {
 class CpuRenderer final : public WorldRenderer {
  public:
   CpuRenderer(std::shared_ptr<const PictureWorld> world, const std::vector<Photo>& photos, PhotoSupply supply)
-      : photos_(photos), bring_(std::move(supply.bring)) {
+      : photos_(photos), bring_(std::move(supply.bring)), coarsest_(supply.coarsest) {
     Enter(std::move(world));
   }
 
@@ -106,7 +107,7 @@ class CpuRenderer final : public WorldRenderer {
                     if (request.show == Show::kFalseColor)
                       BlendConstants(plan, setup, colors_, image);
                     else
-                      BlendColor(plan, setup, photos_, gains, image);
+                      BlendColor(plan, setup, photos_, gains, image, seen_);
                   }
                 });
     statistics_.samples = candidates_.samples;
@@ -129,7 +130,7 @@ class CpuRenderer final : public WorldRenderer {
       PlanCandidates(setup, *sparse_proxy_, *proxy_, visibility, ParallelFor, candidates_);
       statistics_.plan_ms = 1000 * watch.Lap();
       if (colors) BringCandidates(setup);
-      if (colors) sources.photos = &levels.emplace(photos_);
+      if (colors) sources.photos = &levels.emplace(photos_, seen_);
       watch.Lap();
       BlendCandidates(candidates_, setup, *proxy_, visibility, sources, image);
       geometry = &candidates_.geometry;
@@ -138,7 +139,7 @@ class CpuRenderer final : public WorldRenderer {
       PlanSparse(setup, *sparse_proxy_, visibility, ParallelFor, plan_);
       statistics_.plan_ms = 1000 * watch.Lap();
       if (colors) Bring(Whole(plan_.camera));
-      if (colors) sources.photos = &levels.emplace(photos_);
+      if (colors) sources.photos = &levels.emplace(photos_, std::span<const int>());
       watch.Lap();
       BlendSparse(plan_, setup, sources, image);
       statistics_.samples = plan_.samples;
@@ -160,12 +161,16 @@ class CpuRenderer final : public WorldRenderer {
     return wanted;
   }
   void BringCandidates(const ViewSetup& setup) {
-    if (bring_) Bring(PhotosWanted(candidates_, setup, *proxy_), !setup.settings.prefilter);
+    if (!bring_) return;
+    const std::vector<WantedPhoto> wanted = PhotosWanted(candidates_, setup, *proxy_);
+    seen_.assign(photos_.size(), 0);
+    for (const WantedPhoto& w : wanted) seen_[static_cast<std::size_t>(w.photo)] = std::min(w.halvings, coarsest_);
+    Bring(wanted);
   }
-  void Bring(const std::vector<WantedPhoto>& wanted, bool exact = true) {
+  void Bring(const std::vector<WantedPhoto>& wanted) {
     if (!bring_) return;
     const Stopwatch watch;
-    bring_(wanted, exact);
+    bring_(wanted);
     statistics_.bring_ms = 1000 * watch.Seconds();
   }
 
@@ -177,7 +182,10 @@ class CpuRenderer final : public WorldRenderer {
   std::shared_ptr<const PictureWorld> world_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
-  std::function<void(std::span<const WantedPhoto>, bool exact)> bring_;  // none: all photos are there
+  std::function<void(std::span<const WantedPhoto>)> bring_;  // none: all photos are there
+  int coarsest_;
+  std::vector<int>
+      seen_;  // how often each photo is halved in the picture, though it may be held larger; empty: none is
   bool occlusion_ = false;
   VisibilityMaps visibility_;  // made when first wanted
   std::vector<Eigen::Vector3f> colors_;

@@ -14,13 +14,16 @@
 
 namespace lumi {
 
-PhotoLevels::PhotoLevels(const std::vector<Photo>& photos) {
+PhotoLevels::PhotoLevels(const std::vector<Photo>& photos, std::span<const int> seen) {
   widened_.reserve(photos.size());
-  for (const Photo& photo : photos) {
+  for (std::size_t p = 0; p < photos.size(); ++p) {
+    const Photo& photo = photos[p];
+    const int last = static_cast<int>(photo.levels.size()) - 1,
+              from = seen.empty() || last < 0 ? 0 : std::clamp(seen[p] - photo.level0_shift, 0, last);
     Entry e;
     e.first = static_cast<int>(levels_.size());
-    e.shift = photo.level0_shift;
-    for (const Image8& image : photo.levels) {
+    e.shift = photo.level0_shift + from;
+    for (const Image8& image : std::span(photo.levels).subspan(static_cast<std::size_t>(from))) {
       if (image.width < 2 || image.height < 2) {
         if (e.count > 0 || image.empty()) break;
         Image8& wide = widened_.emplace_back(std::max(2, image.width), std::max(2, image.height), 3);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "render/photos/photo_set.h"
@@ -35,7 +36,8 @@ struct LevelView {
 // All photos' levels; photos of one pixel's width or height are copied wider.
 class PhotoLevels {
  public:
-  explicit PhotoLevels(const std::vector<Photo>& photos);
+  // seen: how often each photo is halved at least; empty: as it is.
+  explicit PhotoLevels(const std::vector<Photo>& photos, std::span<const int> seen = {});
   int shift(std::size_t photo) const { return entries_[photo].shift; }  // level 0 is the photo halved this often
   int count(std::size_t photo) const { return entries_[photo].count; }
   const LevelView& level(std::size_t photo, int level) const {

@@ -137,7 +137,7 @@ class GlRenderer final : public WorldRenderer {
         if (!batch.empty() && bytes > supply_.at_once_bytes) break;
         batch.push_back({missing[i].photo, 0});
       }
-      supply_.bring(batch, false);
+      supply_.bring(batch);
       for (const WantedPhoto& w : batch) {
         const Photo& photo = photos_[static_cast<std::size_t>(w.photo)];
         if (lumigraph_->slots() != nullptr)

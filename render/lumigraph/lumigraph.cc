@@ -148,10 +148,8 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
 void Lumigraph::TakeSmallCopies(ProgressSink& sink) {
   // Below it, whole photos are read soon enough.
   constexpr std::size_t kManyPhotos = 500;
-  constexpr std::size_t kShare = 8;  // of the photos' room
-  constexpr int kLeastHalvings = 3;
   if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return;
-  small_halvings_ = std::max(kLeastHalvings, SmallHalvings(scene_, small_room_ / kShare));
+  small_halvings_ = CopyHalvings(scene_);
   std::vector<Photo> small = ReadSmallPhotos(scene_, small_halvings_, sink);
   const std::size_t bytes = PhotoCache::BytesOf(small);
   if (options_.graphics) at_once_bytes_ += bytes;
@@ -270,8 +268,8 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
   PhotoSupply supply;
   if (cache_)
-    supply = {[this](std::span<const WantedPhoto> wanted, bool exact) { cache_->Bring(wanted, exact); }, at_once_bytes_,
-              graphics_bytes_, small_halvings_};
+    supply = {[this](std::span<const WantedPhoto> wanted) { cache_->Bring(wanted); }, CopyHalvings(scene_),
+              at_once_bytes_, graphics_bytes_, small_halvings_};
   return WithOwnColors(make(WorldOf(scene_, mesh), photos(), std::move(supply)));
 }
 

@@ -27,7 +27,6 @@ void Halve(Photo& photo, int times) {
 }
 
 constexpr int kMostHalvings = 16;
-constexpr int kMostUseful = 4;  // more would save nothing: a photo is a 256th of its bytes
 // Bytes while a photo is being read: the file's picture, a copy and the pyramid. kReadingBytes of them may be used at
 // once, beside the budget.
 constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
@@ -35,7 +34,11 @@ constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} 
 }  // namespace
 
 PhotoCache::PhotoCache(const Scene& scene, std::size_t budget_bytes)
-    : scene_(scene), budget_(budget_bytes), photos_(scene.views.size()), used_(scene.views.size(), 0) {}
+    : scene_(scene),
+      budget_(budget_bytes),
+      coarsest_(CopyHalvings(scene)),
+      photos_(scene.views.size()),
+      used_(scene.views.size(), 0) {}
 
 std::size_t PhotoCache::BytesOf(const Eigen::Vector2i& size_px) {
   std::size_t bytes = 0;
@@ -43,6 +46,13 @@ std::size_t PhotoCache::BytesOf(const Eigen::Vector2i& size_px) {
     bytes += 3 * static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
     if (size.maxCoeff() <= 1) return bytes;
   }
+}
+
+int CopyHalvings(const Scene& scene) {
+  int longest = 1, halvings = 0;
+  for (const Camera& c : scene.cameras) longest = std::max({longest, c.width_px, c.height_px});
+  while (longest >> halvings > kCopySide) ++halvings;
+  return halvings;
 }
 
 std::size_t PhotoCache::BytesOf(const std::vector<Photo>& photos) {
@@ -101,15 +111,10 @@ void PhotoCache::MakeRoom(std::size_t bytes, long keep_from) {
 }
 
 // How often each of `wanted` has to be halved for all of them to fit.
-std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted, bool exact) const {
+std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted) const {
   const auto bytes_at = [&](std::size_t v, int halvings) {
     return small_ && halvings >= *small_ ? 0 : Bytes(v, halvings);
   };
-  if (exact) {
-    std::size_t whole = 0;
-    for (const WantedPhoto& w : wanted) whole += Bytes(static_cast<std::size_t>(w.photo), 0);
-    if (whole <= budget_) return std::vector<int>(wanted.size(), 0);
-  }
   // A photo that is held too small gets twice its rank, as if it mattered less: otherwise photos near the limit would
   // be read again for every picture.
   std::vector<std::pair<std::size_t, std::size_t>> order;  // rank, place in `wanted`
@@ -119,7 +124,7 @@ std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted, boo
     const auto v = static_cast<std::size_t>(wanted[i].photo);
     const int held = photos_[v].level0_shift;
     const bool there = !photos_[v].levels.empty() && !IsSmall(v);
-    most.push_back(small_ ? wanted[i].halvings : std::min(wanted[i].halvings, kMostUseful));
+    most.push_back(std::min(wanted[i].halvings, coarsest_));
     int times = most.back();
     // What is finer than needed stays so, and what is read is finer by one: a camera that moves asks for all sizes in
     // turn, and each would be a whole file to read.
@@ -175,16 +180,16 @@ void PhotoCache::Read(std::span<const WantedPhoto> wanted, const std::vector<std
   counts_.most = std::max(counts_.most, small_bytes_ + held_);
 }
 
-void PhotoCache::Bring(std::span<const WantedPhoto> wanted, bool exact) {
+void PhotoCache::Bring(std::span<const WantedPhoto> wanted) {
   ++number_;
-  const std::vector<int> halvings = HalvingsOf(wanted, exact);
+  const std::vector<int> halvings = HalvingsOf(wanted);
   std::vector<std::size_t> absent;  // places in `wanted`
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto v = static_cast<std::size_t>(wanted[i].photo);
     used_[v] = number_;
     if (!(small_ && wanted[i].halvings >= *small_))
-      counts_.most_halved = std::max(counts_.most_halved, halvings[i] - (exact ? 0 : wanted[i].halvings));
+      counts_.most_halved = std::max(counts_.most_halved, halvings[i] - wanted[i].halvings);
     Photo& photo = photos_[v];
     if (small_ && halvings[i] >= *small_) {
       if (!IsSmall(v)) Drop(v);

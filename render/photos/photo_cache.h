@@ -14,8 +14,13 @@ namespace lumi {
 
 struct WantedPhoto {
   std::int32_t photo = 0;
-  int halvings = 0;  // it is seen from so far away that it may be halved so often
+  int halvings = 0;  // it is seen from so far away that it may be halved so often (CopyHalvings at most)
 };
+
+// How often photos are halved for their small copies: none is longer than kCopySide then. Halving more would save
+// nothing.
+constexpr int kCopySide = 128;
+int CopyHalvings(const Scene& scene);
 
 class PhotoCache {
  public:
@@ -35,14 +40,13 @@ class PhotoCache {
   const std::vector<Photo>& photos() const { return photos_; }
   // Brings these photos into memory (each named once): reads missing ones in parallel and drops others for them. Photos
   // that matter most come first: if all together exceed the budget, they are halved from the last one on, each once
-  // before any is halved again, until they fit (or are one pixel). exact: halvings count only if the whole photos
-  // exceed the budget. Throws InputError for a photo that cannot be read; not thread-safe.
-  void Bring(std::span<const WantedPhoto> wanted, bool exact = false);
+  // before any is halved again, until they fit (or are one pixel). A photo may be
+  // held larger than it is wanted. Throws InputError for a photo that cannot be read; not thread-safe.
+  void Bring(std::span<const WantedPhoto> wanted);
 
   struct Counts {
-    long read = 0;  // photos, from their files
-    int most_halved =
-        0;  // the most often that photos were halved in any Bring, beyond what they may be (exact: at all)
+    long read = 0;         // photos, from their files
+    int most_halved = 0;   // the most often that photos were halved in any Bring, beyond what they may be
     std::size_t most = 0;  // bytes held at once
   };
   const Counts& counts() const { return counts_; }
@@ -53,12 +57,13 @@ class PhotoCache {
   void MakeRoom(std::size_t bytes, long keep_from);
   bool IsSmall(std::size_t photo) const;
   std::size_t Held(std::size_t photo) const;
-  std::vector<int> HalvingsOf(std::span<const WantedPhoto> wanted, bool exact) const;
+  std::vector<int> HalvingsOf(std::span<const WantedPhoto> wanted) const;
   void Read(std::span<const WantedPhoto> wanted, const std::vector<std::size_t>& absent,
             const std::vector<int>& halvings);
 
   const Scene& scene_;
   std::size_t budget_, held_ = 0;  // of photos that are not small
+  int coarsest_;                   // halvings that are of use
   std::optional<int> small_;       // halvings of small photos
   std::size_t small_bytes_ = 0;
   std::vector<Photo> photos_;

@@ -79,19 +79,6 @@ std::vector<Image8> MakeSmall(const Scene& scene, int halvings, ProgressSink& si
 
 }  // namespace
 
-int SmallHalvings(const Scene& scene, std::size_t bytes) {
-  for (int halvings = 0;; ++halvings) {
-    std::size_t all = 0;
-    int longest = 1;
-    for (std::size_t v = 0; v < scene.views.size(); ++v) {
-      const Eigen::Vector2i size = Halved(scene, v, halvings);
-      all += PhotoCache::BytesOf(size);
-      longest = std::max(longest, size.maxCoeff());
-    }
-    if (all <= bytes || longest == 1) return halvings;
-  }
-}
-
 bool KeepsSmallPhotos(const Scene& scene) {
   std::error_code ec;
   return fs::exists(scene.folder / "lumigraph.json", ec);

@@ -2,7 +2,6 @@
 // scene as SCENE/small-photos/HALVINGS.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "render/photos/photo_set.h"
@@ -11,15 +10,12 @@
 
 namespace lumi {
 
-// How often all photos have to be halved so that together, with their pyramids, they fit into `bytes` (of RGB).
-int SmallHalvings(const Scene& scene, std::size_t bytes);
-
 // Whether they can be kept: the scene is a folder of ours. Others are not written to.
 bool KeepsSmallPhotos(const Scene& scene);
 
-// All photos, halved so often, corrected as their views say. Reads the kept copies where the photos' names, sizes and
-// times are those that they were made from; else makes them, which reads every photo, and keeps them if that is
-// possible. Throws InputError for a photo that cannot be read.
+// All photos, halved so often (CopyHalvings), corrected as their views say. Reads the kept copies where the photos'
+// names, sizes and times are those that they were made from; else makes them, which reads every photo, and keeps them
+// if that is possible. Throws InputError for a photo that cannot be read.
 std::vector<Photo> ReadSmallPhotos(const Scene& scene, int halvings, ProgressSink& sink);
 
 }  // namespace lumi

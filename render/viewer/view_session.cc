@@ -125,6 +125,10 @@ JsonKeys ViewSession::Run() {
   End();
   JsonKeys j;
   j.Say("frames", frames).Say("median_frame_ms", Median(frame_ms_)).Say("screenshots", screenshots_);
+  if (!frame_ms_.empty()) {
+    std::ranges::sort(frame_ms_);
+    j.Say("frame_ms_99", frame_ms_[(frame_ms_.size() - 1) * 99 / 100]).Say("slowest_frame_ms", frame_ms_.back());
+  }
   Summarise(j);
   return j;
 }

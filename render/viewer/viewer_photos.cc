@@ -40,10 +40,8 @@ std::size_t Viewer::RoomForPhotos(const VisibilityMaps& maps) const {
 // How often small copies of all photos are halved, which are held beside those that come and go; -1: there are none.
 int Viewer::SmallHalvings() const {
   constexpr std::size_t kManyPhotos = 500;  // of fewer, those near the view are small ones enough
-  constexpr std::size_t kShare = 8;         // of the photos' room
-  constexpr int kLeastHalvings = 3;
   if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return -1;
-  return std::max(kLeastHalvings, lumi::SmallHalvings(scene_, photo_room_ / kShare));
+  return CopyHalvings(scene_);
 }
 
 // Sets all photos to be read; those that are loaded are drawn until then.

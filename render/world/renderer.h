@@ -61,7 +61,8 @@ class Renderer {
 // How a renderer gets photos that are not all in memory.
 struct PhotoSupply {
   // Brings these into the vector of photos that the renderer was made with, as PhotoCache::Bring; others may go.
-  std::function<void(std::span<const WantedPhoto>, bool exact)> bring;
+  std::function<void(std::span<const WantedPhoto>)> bring;
+  int coarsest = 0;                // halvings that bring() makes use of
   std::size_t at_once_bytes = 0;   // of photos with their pyramids that it can bring without halving them
   std::size_t graphics_bytes = 0;  // that photos may take in graphics memory
   int small_halvings = -1;         // of the small copies that the vector begins with; -1: there are none

@@ -40,7 +40,7 @@ void Bring(PhotoCache& cache, const std::vector<std::int32_t>& photos) {
 }
 
 PhotoSupply Supply(PhotoCache& cache) {
-  return {[&](std::span<const WantedPhoto> wanted, bool exact) { cache.Bring(wanted, exact); }};
+  return {[&](std::span<const WantedPhoto> wanted) { cache.Bring(wanted); }};
 }
 
 TEST_F(PhotosOnDisk, TheOnesUsedLongestAgoMakeRoom) {

@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 
 class SmallPhotos : public testing::Test {
  protected:
-  static constexpr int kPhotos = 9;
+  static constexpr int kPhotos = 5;
   void SetUp() override {
-    capture_ = test::MakeCapture(kPhotos, 64);
+    capture_ = test::MakeCapture(kPhotos, 300);
     test::WriteAsScene(capture_, folder_.path());
     capture_.scene.folder = folder_.path();
     one_ = PhotoCache::BytesOf(capture_.scene) / kPhotos;
@@ -74,22 +74,22 @@ TEST_F(SmallPhotos, ACutOffOrForeignFileIsMadeAnew) {
   Read();
   const auto whole = fs::file_size(Kept());
   fs::resize_file(Kept(), whole - 7);
-  EXPECT_EQ(Read()[8].levels[0].data, capture_.photos[8].levels[2].data);
+  EXPECT_EQ(Read()[4].levels[0].data, capture_.photos[4].levels[2].data);
   EXPECT_EQ(fs::file_size(Kept()), whole);
   std::ofstream(Kept()) << "something else";
-  EXPECT_EQ(Read()[8].levels[0].data, capture_.photos[8].levels[2].data);
+  EXPECT_EQ(Read()[4].levels[0].data, capture_.photos[4].levels[2].data);
   EXPECT_EQ(fs::file_size(Kept()), whole);
 }
 
 TEST_F(SmallPhotos, WhereNothingCanBeKeptTheyAreMadeAllTheSame) {
   std::ofstream(capture_.scene.folder / "small-photos") << "a file where the folder should be";
-  EXPECT_EQ(Read()[8].levels[0].data, capture_.photos[8].levels[2].data);
+  EXPECT_EQ(Read()[4].levels[0].data, capture_.photos[4].levels[2].data);
   fs::remove(capture_.scene.folder / "lumigraph.json");
   EXPECT_FALSE(KeepsSmallPhotos(capture_.scene));
 }
 
 TEST_F(SmallPhotos, APhotoThatIsGoneIsNamed) {
-  const fs::path gone = capture_.scene.ImagePath(capture_.scene.views[5]);
+  const fs::path gone = capture_.scene.ImagePath(capture_.scene.views[3]);
   fs::remove(gone);
   try {
     Read();
@@ -100,12 +100,10 @@ TEST_F(SmallPhotos, APhotoThatIsGoneIsNamed) {
   EXPECT_FALSE(fs::exists(Kept()));
 }
 
-TEST_F(SmallPhotos, HalvingsFollowFromTheBytes) {
-  const std::size_t all = PhotoCache::BytesOf(capture_.scene);
-  EXPECT_EQ(SmallHalvings(capture_.scene, all), 0);
-  EXPECT_EQ(SmallHalvings(capture_.scene, all - 1), 1);
-  EXPECT_EQ(SmallHalvings(capture_.scene, all / 8), 2);
-  EXPECT_GE(SmallHalvings(capture_.scene, 1), 6) << "a pixel each";
+TEST_F(SmallPhotos, AreAtMostSoLong) {
+  EXPECT_EQ(CopyHalvings(capture_.scene), 2);
+  capture_.scene.cameras.back().width_px = 4 * kCopySide + 4;
+  EXPECT_EQ(CopyHalvings(capture_.scene), 3);
 }
 
 TEST_F(SmallPhotos, StandInForPhotosThatAreNotThere) {
@@ -126,16 +124,12 @@ TEST_F(SmallPhotos, StandInForPhotosThatAreNotThere) {
 
 TEST_F(SmallPhotos, PhotosAreReadNoFinerThanTheyAreSeenAndStayWhileThereIsRoom) {
   PhotoCache cache(capture_.scene, 4 * one_);
-  cache.Bring(std::vector<WantedPhoto>{{0, 0}, {1, 1}, {2, 3}});
+  cache.Bring(std::vector<WantedPhoto>{{0, 0}, {1, 1}, {2, 2}});
   EXPECT_EQ(cache.photos()[1].level0_shift, 1);
-  EXPECT_EQ(cache.photos()[2].level0_shift, 2) << "finer by one, for a camera that comes near";
+  EXPECT_EQ(cache.photos()[2].level0_shift, 1) << "finer by one, for a camera that comes near";
   cache.Bring(std::vector<WantedPhoto>{{0, 2}, {1, 1}, {2, 2}});
   EXPECT_EQ(cache.counts().read, 3);
   EXPECT_EQ(cache.photos()[0].level0_shift, 0) << "there is room";
-  // exact: whole, since all of them fit.
-  cache.Bring(std::vector<WantedPhoto>{{0, 2}, {1, 1}, {2, 2}}, true);
-  for (std::size_t v = 0; v < 3; ++v) EXPECT_EQ(cache.photos()[v].level0_shift, 0) << v;
-  EXPECT_EQ(cache.counts().most_halved, 0);
   // Those that are finest for what they show make room.
   cache.Bring(std::vector<WantedPhoto>{{0, 0}, {1, 4}, {2, 1}, {3, 0}, {4, 0}});
   EXPECT_EQ(cache.photos()[0].level0_shift, 0);
@@ -153,7 +147,7 @@ TEST_F(SmallPhotos, WhatIsSeenFromAfarMayBeHalved) {
   const ProxyTracer tracer(capture_.proxy, sources.normalized_from_world);
   const SparseProxy proxy(capture_.proxy, sources.normalized_from_world);
   const auto wanted = [&](int side) {
-    RenderView view = MakeRenderView(capture_.scene, capture_.scene.views[4]);
+    RenderView view = MakeRenderView(capture_.scene, capture_.scene.views[2]);
     const double scale = static_cast<double>(side) / view.size_px.x();
     view.P.topRows<2>() *= scale;
     view.size_px = (view.size_px.cast<double>() * scale).cast<int>();
@@ -162,16 +156,16 @@ TEST_F(SmallPhotos, WhatIsSeenFromAfarMayBeHalved) {
     PlanCandidates(setup, proxy, tracer, nullptr, ParallelFor, plan);
     return PhotosWanted(plan, setup, tracer);
   };
-  EXPECT_EQ(wanted(64).front().halvings, 0);
-  for (const WantedPhoto& w : wanted(10)) EXPECT_GE(w.halvings, 1);
+  EXPECT_EQ(wanted(300).front().halvings, 0);
+  for (const WantedPhoto& w : wanted(48)) EXPECT_GE(w.halvings, 1);
   PhotoCache cache(capture_.scene, kPhotos * one_);
   const auto all = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), capture_.photos);
-  const auto some =
-      MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos(),
-                      {[&](std::span<const WantedPhoto> photos, bool exact) { cache.Bring(photos, exact); }});
+  const auto some = MakeCpuRenderer(
+      WorldOf(capture_.scene, capture_.proxy), cache.photos(),
+      {[&](std::span<const WantedPhoto> photos) { cache.Bring(photos); }, CopyHalvings(capture_.scene)});
   RenderRequest request;
   request.settings = settings;
-  request.view = MakeRenderView(capture_.scene, capture_.scene.views[4]);
+  request.view = MakeRenderView(capture_.scene, capture_.scene.views[2]);
   request.view.P.topRows<2>() /= 6;
   request.view.size_px /= 6;
   EXPECT_EQ(some->Render(request).data, all->Render(request).data);
