@@ -116,7 +116,7 @@ void AddRendering(Options app, Line& line) {
   app.Add("--backend", o.backend, "Where frames are blended").OneOf({"cpu", "gl"}).Default();
   o.memory_mb = 0;
   app.Add("--memory-mb", o.memory_mb,
-          "Memory of the whole program, about: photos that do not fit are read as pictures need them (CPU; over one "
+          "Memory of the whole program, about: photos that do not fit are read as pictures need them (over one "
           "mesh). 0: six tenths of what is free")
       .Range(0, 1 << 24)
       .Default();

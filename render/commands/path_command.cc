@@ -265,11 +265,9 @@ void RenderPath(RenderJob& job) {
     request.use = job.lumigraph.InWindow(request.view, {});
     const auto start = std::chrono::steady_clock::now();
     ImageF image = o.show == "cameras" ? Opaque(job.CamerasAround(request.view)) : job.Picture(request);
-    const bool slots_matter = o.backend == "gl" && job.lumigraph.cache() != nullptr;
-    if (o.part_of_path() && slots_matter)
-      throw MachineError("the photos do not fit into memory here, and OpenGL's pictures depend on which ones do",
-                         "use --backend cpu, or give more --memory-mb");
-    if (job.most_halved > 0) {
+    // Which photos are in graphics memory depends on the frames before.
+    const bool depends = o.backend == "gl" && job.lumigraph.cache() != nullptr;
+    if (job.most_halved > 0 || depends) {
       if (o.part_of_path())
         throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
                            "give more --memory-mb");

@@ -48,7 +48,6 @@ ImageF RenderJob::Picture(const RenderRequest& request) {
   const RenderStatistics statistics = renderer->Statistics();
   bring_ms += statistics.bring_ms;
   most_halved = std::max(most_halved, statistics.halved);
-  if (const PhotoCache* cache = lumigraph.cache()) most_halved = std::max(most_halved, cache->counts().most_halved);
   most_photo_bytes = std::max(most_photo_bytes, statistics.photo_bytes);
   summary.samples += statistics.samples;
   summary.optimum += statistics.optimum;
@@ -154,6 +153,9 @@ void Prepare(RenderJob& job) {
         fmt::format("--border fill gives the holes of a picture colours: --show {} does not go with it", o.show));
   if (o.holdout != 0) TakeEvaluationProxy(job);
   lumigraph.ReadPhotos(job.sink);
+  if (job.options.part_of_path() && job.options.backend == "gl" && lumigraph.cache() != nullptr)
+    throw MachineError("the photos do not fit into memory here, and OpenGL's pictures depend on which ones do",
+                       "use --backend cpu, or give more --memory-mb");
   job.wanted = WantedBy(job);
   lumigraph.ChooseMeasures(job.wanted.views, job.wanted.use);
   if ((job.summary.correlation = lumigraph.correlation()))
@@ -199,7 +201,7 @@ void Summarise(RenderJob& job) {
   s.effects = lumigraph.effects();
   if (const PhotoCache* cache = lumigraph.cache()) {
     const PhotoCache::Counts& c = cache->counts();
-    const int halved = std::max(c.most_halved, job.most_halved);
+    const int halved = job.most_halved;
     s.photos_in_memory = {c.read, halved, static_cast<double>(std::max(c.most, job.most_photo_bytes)) / (1 << 20),
                           job.bring_ms / 1000};
     if (halved > 0)

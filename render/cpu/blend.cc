@@ -119,7 +119,10 @@ void BlendColor(const FramePlan& plan, const ViewSetup& setup, const std::vector
   const RelativeSources& r = setup.sources;
   Blend(plan, setup, image, [&](std::size_t j, float u, float v, const auto& footprint) {
     const float asked = setup.settings.prefilter ? LevelOf(footprint()) : 0.0F;
-    const float level = seen.empty() ? asked : std::max(asked, static_cast<float>(seen[j]));
+    float level = asked;
+    // So that it does not matter whether the photo is held finer.
+    if (const float least = seen.empty() ? 0.0F : static_cast<float>(seen[j]); asked <= least + kLevelZero && least > 0)
+      level = least;
     const float scale = (gains.empty() ? 1.0F : gains[j]) / 255.0F;
     return Eigen::Array3f(scale * SamplePhoto(photos[j], u / r.width_px[j], v / r.height_px[j], level));
   });

@@ -170,7 +170,7 @@ class CpuRenderer final : public WorldRenderer {
   void Bring(const std::vector<WantedPhoto>& wanted) {
     if (!bring_) return;
     const Stopwatch watch;
-    bring_(wanted);
+    statistics_.halved = bring_(wanted);
     statistics_.bring_ms = 1000 * watch.Seconds();
   }
 
@@ -182,7 +182,7 @@ class CpuRenderer final : public WorldRenderer {
   std::shared_ptr<const PictureWorld> world_;
   std::optional<ProxyTracer> proxy_;
   const std::vector<Photo>& photos_;
-  std::function<void(std::span<const WantedPhoto>)> bring_;  // none: all photos are there
+  std::function<int(std::span<const WantedPhoto>)> bring_;  // none: all photos are there
   int coarsest_;
   std::vector<int>
       seen_;  // how often each photo is halved in the picture, though it may be held larger; empty: none is

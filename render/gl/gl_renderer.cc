@@ -1,4 +1,4 @@
-// MakeGlRenderer: the whole lumigraph in graphics memory, one picture at a time.
+// MakeGlRenderer: a lumigraph in graphics memory, one picture at a time.
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -45,10 +45,10 @@ class GlRenderer final : public WorldRenderer {
     auto lumigraph = supply_.bring ? std::make_unique<GlLumigraph>(world->sources, sizes, supply_.graphics_bytes,
                                                                    supply_.small_halvings)
                                    : std::make_unique<GlLumigraph>(world->sources, sizes);
-    // The vector of photos begins with them, and each is in it again whenever the photo itself is not.
+    // Each is in the vector of photos, or a level of the photo that is there.
     if (lumigraph->slots() != nullptr && supply_.small_halvings >= 0)
       for (std::size_t i = 0; i < photos.size(); ++i)
-        lumigraph->UploadSmallCopy({static_cast<std::int32_t>(i)}, photos[i]);
+        lumigraph->UploadSmallCopy({static_cast<std::int32_t>(i)}, HalvedTo(photos[i], supply_.small_halvings));
     Show(std::move(world), *lumigraph);
     target_ = std::make_unique<GlTarget>();
     device_ = GlDeviceName();
@@ -121,8 +121,12 @@ class GlRenderer final : public WorldRenderer {
     for (auto missing = slots->missing(); !missing.empty(); missing = slots->missing()) Bring(missing);
     int halved = 0;
     for (const WantedPhoto& w : wanted) {
-      const int have = slots->held(w.photo).value_or(std::max(supply_.small_halvings, kSlotSizes));
-      halved = std::max(halved, have - w.halvings);
+      if (const auto held = slots->held(w.photo))
+        halved = std::max(halved, *held - w.halvings);
+      else if (lumigraph_->Has({w.photo}))
+        halved = std::max(halved, supply_.small_halvings - w.halvings);
+      else
+        halved = std::max(halved, kSlotSizes);  // it is left out
     }
     return halved;
   }

@@ -125,13 +125,8 @@ void GlLumigraph::Offer(ViewId view, const Photo& photo, int halvings) {
   const PhotoSlots::Placed placed = slots_.value().Place(view.value, halvings);
   if (!placed.placed) return;
   if (placed.dropped >= 0) Drop({placed.dropped});
-  // At least a level stays: a photo of a few pixels is small as it is.
-  const int from = std::clamp(halvings - photo.level0_shift, 0, static_cast<int>(photo.levels.size()) - 1);
-  if (from == 0) return Upload(view, photo);
-  Photo halved;
-  halved.levels.assign(photo.levels.begin() + from, photo.levels.end());
-  halved.level0_shift = photo.level0_shift + from;
-  Upload(view, halved);
+  if (photo.level0_shift >= halvings) return Upload(view, photo);
+  Upload(view, HalvedTo(photo, halvings));
 }
 
 void GlLumigraph::GiveUp(ViewId view) { slots_.value().GiveUp(view.value); }

@@ -140,9 +140,12 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     else
       classes.push_back({sizes_px[i], {i}});
   }
-  if (BytesOf(classes) <= bytes) small_halvings = -1;
-  if (small_halvings >= 0) bytes -= std::min(bytes, BytesOf(classes, small_halvings));
-  const auto too_many = [&] { return TextureCount(classes, max_layers, bytes, small_halvings) > max_groups; };
+  // Merging makes layers larger: what fits is decided for the classes as they are.
+  const auto planned_copies = [&] { return BytesOf(classes) <= bytes ? -1 : small_halvings; };
+  const auto slot_bytes = [&] {
+    return planned_copies() < 0 ? bytes : bytes - std::min(bytes, BytesOf(classes, planned_copies()));
+  };
+  const auto too_many = [&] { return TextureCount(classes, max_layers, slot_bytes(), planned_copies()) > max_groups; };
   while (classes.size() > 1 && too_many()) MergeCheapest(classes);
   if (too_many())
     throw MachineError(std::to_string(sizes_px.size()) + " photos of this size do not fit into " +
@@ -151,6 +154,8 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
 
   const std::size_t all = BytesOf(classes);
   holds_all_ = all <= bytes;
+  small_halvings = planned_copies();
+  bytes = slot_bytes();
   for (const SizeClass& c : classes) {
     const PhotoRoom room = RoomOf(c, bytes, all);
     Kind kind;
@@ -222,6 +227,7 @@ void PhotoTextures::Drop(std::size_t index) {
 }
 
 void PhotoTextures::UploadSmallCopy(std::size_t index, const Photo& copy) {
+  if (holds_all_ || groups_.empty()) throw std::logic_error("PhotoTextures: no small copies were planned");
   PhotoPlace& place = small_copies_.at(index);
   Check(copy, groups_[static_cast<std::size_t>(place.group)].size_px);
   place.small_copy = true;

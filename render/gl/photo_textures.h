@@ -51,7 +51,6 @@ class PhotoTextures {
   const std::vector<int>& kinds() const { return kinds_; }
   const std::vector<PhotoRoom>& rooms() const { return rooms_; }
   bool holds_all() const { return holds_all_; }
-  const std::vector<Eigen::Vector2i>& planned_px() const { return planned_px_; }
 
   const std::vector<PhotoPlace>& places() const { return places_; }
   int group_count() const { return static_cast<int>(groups_.size()); }

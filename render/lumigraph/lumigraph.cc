@@ -123,7 +123,6 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
     at_once_bytes_ = options_.graphics ? std::max(LargestPhoto(), std::min(kMostAtOnce, *room / 4)) : *room;
     graphics_bytes_ = options_.graphics ? *room - std::min(*room, at_once_bytes_) : *room;
     cache_.emplace(scene_, at_once_bytes_);
-    small_room_ = *room;
     sink.Message(fmt::format("{} photos take {:.1f} GB of memory: {:.1f} GB hold those that a picture is blended from",
                              scene_.views.size(), static_cast<double>(PhotoCache::BytesOf(scene_)) / 1e9,
                              static_cast<double>(*room) / 1e9));
@@ -146,17 +145,14 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
 
 // After corrections are known: the copies are corrected.
 void Lumigraph::TakeSmallCopies(ProgressSink& sink) {
-  // Below it, whole photos are read soon enough.
-  constexpr std::size_t kManyPhotos = 500;
-  if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return;
+  if (!CallsForSmallPhotos(scene_)) return;
   small_halvings_ = CopyHalvings(scene_);
   std::vector<Photo> small = ReadSmallPhotos(scene_, small_halvings_, sink);
-  const std::size_t bytes = PhotoCache::BytesOf(small);
-  if (options_.graphics) at_once_bytes_ += bytes;
-  graphics_bytes_ -= options_.graphics ? std::min(graphics_bytes_, bytes) : 0;
-  cache_.emplace(scene_, options_.graphics ? at_once_bytes_ : small_room_);
+  // Those for a graphics processor are there, too.
+  const std::size_t bytes = options_.graphics ? PhotoCache::BytesOf(small) : 0;
+  graphics_bytes_ -= std::min(graphics_bytes_, bytes);
+  cache_.emplace(scene_, at_once_bytes_ + bytes);
   cache_->SetSmall(std::move(small));
-  if (options_.graphics) at_once_bytes_ -= bytes;
 }
 
 void Lumigraph::SetEstimates(const PhotoEstimates& estimates) {
@@ -268,7 +264,7 @@ std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make) const 
 std::unique_ptr<Renderer> Lumigraph::NewRenderer(WorldRendererMaker make, const Mesh& mesh) const {
   PhotoSupply supply;
   if (cache_)
-    supply = {[this](std::span<const WantedPhoto> wanted) { cache_->Bring(wanted); }, CopyHalvings(scene_),
+    supply = {[this](std::span<const WantedPhoto> wanted) { return cache_->Bring(wanted); }, CopyHalvings(scene_),
               at_once_bytes_, graphics_bytes_, small_halvings_};
   return WithOwnColors(make(WorldOf(scene_, mesh), photos(), std::move(supply)));
 }

@@ -132,10 +132,10 @@ class Lumigraph {
   bool own_times_ = true;
   std::vector<Photo> photos_;
   mutable std::optional<PhotoCache> cache_;  // instead of photos_; a picture that is rendered brings its photos
-  std::size_t at_once_bytes_ = 0, graphics_bytes_ = 0, small_room_ = 0;  // with the cache; PhotoSupply's, and for all
-  int small_halvings_ = -1;                                              // of the cache's small copies
-  PhotoFacts photo_facts_;                                               // what the photos' colours say
-  Corrections corrections_;                                              // that the photos were read with
+  std::size_t at_once_bytes_ = 0, graphics_bytes_ = 0;  // PhotoSupply's, with the cache
+  int small_halvings_ = -1;                             // of the cache's small copies
+  PhotoFacts photo_facts_;                              // what the photos' colours say
+  Corrections corrections_;                             // that the photos were read with
   std::vector<Effect> effects_;
   std::optional<MeasuredCorrelation> correlation_;
 };

@@ -55,6 +55,13 @@ int CopyHalvings(const Scene& scene) {
   return halvings;
 }
 
+std::size_t PhotoCache::ReadableAtOnce(const Scene& scene) {
+  std::size_t largest = 1;
+  for (const Camera& c : scene.cameras)
+    largest = std::max(largest, static_cast<std::size_t>(c.width_px) * static_cast<std::size_t>(c.height_px));
+  return std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
+}
+
 std::size_t PhotoCache::BytesOf(const std::vector<Photo>& photos) {
   std::size_t bytes = 0;
   for (const Photo& photo : photos) bytes += HeldBy(photo);
@@ -90,10 +97,12 @@ std::size_t PhotoCache::Held(std::size_t photo) const { return IsSmall(photo) ? 
 // The small copy is a level of the photo.
 void PhotoCache::Drop(std::size_t photo) {
   held_ -= Held(photo);
-  if (small_)
-    Halve(photos_[photo], *small_ - photos_[photo].level0_shift);
-  else
+  if (!small_) {
     photos_[photo] = {};
+    return;
+  }
+  Halve(photos_[photo], *small_ - photos_[photo].level0_shift);
+  photos_[photo].level0_shift = *small_;  // also of a photo that is a pixel before
 }
 
 // Drops photos that were last wanted before Bring number `keep_from`, least recently used first, until `bytes` more
@@ -157,12 +166,7 @@ std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted) con
 // Reads the photos at the places `absent` in `wanted`, and halves them.
 void PhotoCache::Read(std::span<const WantedPhoto> wanted, const std::vector<std::size_t>& absent,
                       const std::vector<int>& halvings) {
-  std::size_t largest = 1;
-  for (const std::size_t i : absent)
-    largest =
-        std::max(largest, static_cast<std::size_t>(
-                              SizeOf(scene_, static_cast<std::size_t>(wanted[i].photo)).cast<std::int64_t>().prod()));
-  const std::size_t at_once = std::max<std::size_t>(1, kReadingBytes / (kReadingBytesAPixel * largest));
+  const std::size_t at_once = ReadableAtOnce(scene_);
   std::vector<Photo> read(absent.size());
   for (std::size_t from = 0; from < absent.size(); from += at_once)
     ParallelFor(std::min(at_once, absent.size() - from), 1, [&](std::size_t begin, std::size_t end) {
@@ -180,8 +184,9 @@ void PhotoCache::Read(std::span<const WantedPhoto> wanted, const std::vector<std
   counts_.most = std::max(counts_.most, small_bytes_ + held_);
 }
 
-void PhotoCache::Bring(std::span<const WantedPhoto> wanted) {
+int PhotoCache::Bring(std::span<const WantedPhoto> wanted) {
   ++number_;
+  int most_halved = 0;
   const std::vector<int> halvings = HalvingsOf(wanted);
   std::vector<std::size_t> absent;  // places in `wanted`
   std::size_t bytes = 0;
@@ -189,7 +194,7 @@ void PhotoCache::Bring(std::span<const WantedPhoto> wanted) {
     const auto v = static_cast<std::size_t>(wanted[i].photo);
     used_[v] = number_;
     if (!(small_ && wanted[i].halvings >= *small_))
-      counts_.most_halved = std::max(counts_.most_halved, halvings[i] - wanted[i].halvings);
+      most_halved = std::max(most_halved, halvings[i] - wanted[i].halvings);
     Photo& photo = photos_[v];
     if (small_ && halvings[i] >= *small_) {
       if (!IsSmall(v)) Drop(v);
@@ -207,6 +212,8 @@ void PhotoCache::Bring(std::span<const WantedPhoto> wanted) {
   }
   MakeRoom(bytes, number_);
   Read(wanted, absent, halvings);
+  counts_.most_halved = std::max(counts_.most_halved, most_halved);
+  return most_halved;
 }
 
 }  // namespace lumi

@@ -32,6 +32,9 @@ class PhotoCache {
   static std::size_t BytesOf(const Eigen::Vector2i& size_px);    // of one
   static std::size_t BytesOf(const std::vector<Photo>& photos);  // as they are
 
+  // Photos that may be read at once: files, copies and pyramids in the making take 256 MB then.
+  static std::size_t ReadableAtOnce(const Scene& scene);
+
   // All photos, small (ReadSmallPhotos): they stand in for those that are not in memory, and for what is far away. They
   // count for the budget.
   void SetSmall(std::vector<Photo> small);
@@ -42,7 +45,8 @@ class PhotoCache {
   // that matter most come first: if all together exceed the budget, they are halved from the last one on, each once
   // before any is halved again, until they fit (or are one pixel). A photo may be
   // held larger than it is wanted. Throws InputError for a photo that cannot be read; not thread-safe.
-  void Bring(std::span<const WantedPhoto> wanted);
+  // Returns how often photos were halved at most, beyond what they may be.
+  int Bring(std::span<const WantedPhoto> wanted);
 
   struct Counts {
     long read = 0;         // photos, from their files

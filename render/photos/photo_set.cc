@@ -25,6 +25,14 @@ Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   return photo;
 }
 
+Photo HalvedTo(const Photo& photo, int halvings) {
+  const int from = std::clamp(halvings - photo.level0_shift, 0, static_cast<int>(photo.levels.size()) - 1);
+  Photo halved;
+  halved.levels.assign(photo.levels.begin() + from, photo.levels.end());
+  halved.level0_shift = photo.level0_shift + from;
+  return halved;
+}
+
 std::vector<Photo> LoadPhotos(const Scene& scene, const PhotoOptions& options, ProgressSink& sink) {
   std::vector<Photo> photos(scene.views.size());
   Progress progress(sink, "reading photos", static_cast<long>(photos.size()));

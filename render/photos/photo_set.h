@@ -20,6 +20,9 @@ struct Photo {
   int level0_shift = 0;        // level 0 is the photo halved this many times
 };
 
+// The levels of a photo from so many halvings on; at least one.
+Photo HalvedTo(const Photo& photo, int halvings);
+
 // Reads all photos in parallel. Throws InputError naming the file.
 std::vector<Photo> LoadPhotos(const Scene& scene, const PhotoOptions& options, ProgressSink& progress);
 

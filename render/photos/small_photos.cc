@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include "render/photos/photo_cache.h"
-#include "render/photos/photo_correction.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/program/error.h"
@@ -37,7 +36,11 @@ std::string Header(const Scene& scene, int halvings) {
     const auto bytes = fs::file_size(file, ec);
     const auto time = fs::last_write_time(file, ec).time_since_epoch().count();
     const Eigen::Vector2i size = Halved(scene, v, halvings);
-    text += fmt::format("{} {} {}x{} {}\n", ec ? 0 : bytes, ec ? 0 : time, size.x(), size.y(), scene.views[v].name);
+    text += fmt::format("{} {} {}x{} {}", ec ? 0 : bytes, ec ? 0 : time, size.x(), size.y(), scene.views[v].name);
+    if (const auto& c = scene.views[v].correction)
+      text += fmt::format(" corrected {} {} {} {} {}", c->channel[0], c->channel[1], c->channel[2], c->falloff.a,
+                          c->falloff.b);
+    text += '\n';
   }
   return text + "\n";
 }
@@ -63,17 +66,19 @@ std::vector<Image8> ReadKept(const Scene& scene, int halvings, const std::string
 std::vector<Image8> MakeSmall(const Scene& scene, int halvings, ProgressSink& sink) {
   std::vector<Image8> made(scene.views.size());
   Progress progress(sink, "making small copies of the photos", static_cast<long>(made.size()));
-  ParallelFor(made.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      const fs::path file = scene.ImagePath(scene.views[v]);
-      std::vector<Image8> levels = BuildPyramid(ReadImage8(file, 3), halvings + 1);
-      Image8& last = levels.back();
-      const Eigen::Vector2i size = Halved(scene, v, halvings);
-      if (last.width != size.x() || last.height != size.y()) throw InputError(file, "is not of its camera's size");
-      made[v] = std::move(last);
-      progress.Step();
-    }
-  });
+  const std::size_t at_once = PhotoCache::ReadableAtOnce(scene);
+  for (std::size_t from = 0; from < made.size(); from += at_once)
+    ParallelFor(std::min(at_once, made.size() - from), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = from + begin; v < from + end; ++v) {
+        const Photo photo = LoadPhoto(scene, {static_cast<std::int32_t>(v)}, {});
+        const Image8& copy = photo.levels[std::min(static_cast<std::size_t>(halvings), photo.levels.size() - 1)];
+        const Eigen::Vector2i size = Halved(scene, v, halvings);
+        if (copy.width != size.x() || copy.height != size.y())
+          throw InputError(scene.ImagePath(scene.views[v]), "is not of its camera's size");
+        made[v] = copy;
+        progress.Step();
+      }
+    });
   return made;
 }
 
@@ -82,6 +87,11 @@ std::vector<Image8> MakeSmall(const Scene& scene, int halvings, ProgressSink& si
 bool KeepsSmallPhotos(const Scene& scene) {
   std::error_code ec;
   return fs::exists(scene.folder / "lumigraph.json", ec);
+}
+
+bool CallsForSmallPhotos(const Scene& scene) {
+  constexpr std::size_t kManyPhotos = 500;  // fewer are read soon enough
+  return scene.views.size() >= kManyPhotos && KeepsSmallPhotos(scene);
 }
 
 std::vector<Photo> ReadSmallPhotos(const Scene& scene, int halvings, ProgressSink& sink) {
@@ -107,7 +117,6 @@ std::vector<Photo> ReadSmallPhotos(const Scene& scene, int halvings, ProgressSin
   std::vector<Photo> photos(small.size());
   ParallelFor(small.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      if (scene.views[v].correction) Correct(*scene.views[v].correction, small[v]);
       photos[v].levels = BuildPyramid(std::move(small[v]));
       photos[v].level0_shift = halvings;
     }

@@ -3,12 +3,24 @@
 #include <algorithm>
 #include <exception>
 
+#include "render/photos/photo_cache.h"
 #include "scene/program/out_of_memory.h"
 
 namespace lumi {
 
-PhotoLoader::PhotoLoader(const Scene& scene, int threads) : scene_(scene), under_way_(scene.views.size(), false) {
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Work(); });
+namespace {
+
+constexpr std::size_t kMostReady = 6, kMostReading = 6;
+
+}  // namespace
+
+PhotoLoader::PhotoLoader(const Scene& scene, int threads)
+    : scene_(scene),
+      max_ready_(std::min(kMostReady, PhotoCache::ReadableAtOnce(scene))),
+      under_way_(scene.views.size(), false) {
+  const std::size_t reading =
+      std::min({static_cast<std::size_t>(threads), kMostReading, PhotoCache::ReadableAtOnce(scene)});
+  for (std::size_t i = 0; i < reading; ++i) threads_.emplace_back([this] { Work(); });
 }
 
 PhotoLoader::~PhotoLoader() {
@@ -36,7 +48,7 @@ void PhotoLoader::Work() {
     Loaded loaded;
     {
       std::unique_lock lock(mutex_);
-      more_.wait(lock, [this] { return stop_ || (!queue_.empty() && ready_.size() < kMaxReady); });
+      more_.wait(lock, [this] { return stop_ || (!queue_.empty() && ready_.size() < max_ready_); });
       if (stop_) return;
       loaded.view = ViewId{queue_.back()};
       queue_.pop_back();

@@ -18,7 +18,7 @@ namespace lumi {
 
 class PhotoLoader {
  public:
-  // The scene must outlive the loader. threads >= 1.
+  // The scene must outlive the loader. threads >= 1, fewer for large photos.
   PhotoLoader(const Scene& scene, int threads);
   ~PhotoLoader();  // waits for the photos that are being read
   PhotoLoader(const PhotoLoader&) = delete;
@@ -41,10 +41,8 @@ class PhotoLoader {
  private:
   void Work();
 
-  // Decoded photos that wait to be taken: more would fill memory when the taker is slow.
-  static constexpr std::size_t kMaxReady = 6;
-
   const Scene& scene_;
+  const std::size_t max_ready_;  // decoded photos that wait to be taken: more would fill memory when the taker is slow
   mutable std::mutex mutex_;
   std::condition_variable more_;
   std::vector<std::int32_t> queue_;  // the next one last

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <future>
@@ -47,6 +48,7 @@ class Viewer final : public ViewSession {
  public:
   Viewer(const ViewerOptions& options, Window& window, Opened& opened, ProgressSink& progress,
          const std::vector<ScriptStep>& script);
+  ~Viewer() override;
 
  private:
   // A path's video in the making.
@@ -91,7 +93,10 @@ class Viewer final : public ViewSession {
   void TakePhotos();
   void Keep(PhotoLoader::Loaded loaded);
   void KeepForExposure(ViewId view, const Photo& photo);
-  int PhotosOpen() const;     // that the picture waits for
+  int PhotosOpen() const;  // that the picture waits for
+  RadianceSettings SettingsToAskFor() const;
+  bool HalfDrawn() const;
+  bool CopiesReady() const;
   bool AskedForThis() const;  // the photos of the view as it is now were asked for
 
   void TakeProxy();
@@ -200,6 +205,7 @@ class Viewer final : public ViewSession {
     std::vector<bool> needed = {};  // on demand: photos that the picture asked for last is blended from, ...
     int needed_open = 0;            // ... and how many of them are still to come
     // Small copies of all photos, on their way into graphics memory; whether all are there.
+    std::atomic<bool> stop_copies = false;
     std::future<std::vector<Photo>> reading_copies = {};
     std::vector<Photo> copies = {};
     std::size_t copies_taken = 0;
@@ -245,7 +251,9 @@ class Viewer final : public ViewSession {
     std::shared_ptr<std::vector<Photo>> photos = {};
     bool photos_missing = false;               // photos arrived while refinement was off, and were not kept
     std::optional<RenderView> photos_of = {};  // on demand: the view whose photos are kept, ...
-    std::size_t photo_bytes = 0;               // ... as far as they fit into this
+    RadianceSettings photos_settings = {};
+    std::vector<int> halvings = {};  // of each
+    std::size_t photo_bytes = 0;     // ... as far as they fit into this
     std::unique_ptr<PhotoLoader> photos_reader = {};
     Refiner refiner = {};
     PictureTexture picture = {};  // empty: what painter_ draws is shown

@@ -11,6 +11,8 @@ namespace lumi {
 void Viewer::SetProxy(PreparedProxy proxy) {
   gl_.SetProxy(proxy.mesh, std::move(proxy.visibility), proxy.tracer);
   proxy_tracer_ = std::move(proxy.tracer);
+  arriving_.asked_view.reset();
+  rest_.photos_of.reset();
   facts_.proxy = proxy.name;
   facts_.faces = static_cast<int>(proxy.mesh.faces.size());
   ++generation_;
@@ -35,11 +37,18 @@ void Viewer::TakeEstimates() {
   if (!arriving_.estimates.valid() ||
       arriving_.estimates.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
     return;
+  // No other thread may read the scene's views while they change.
+  if (!CopiesReady()) return;
+  if (OnDemand()) arriving_.loader.reset();
   arriving_.estimated = arriving_.estimates.get();
   lumigraph_.SetEstimates(*arriving_.estimated);
   facts_.effects_open = false;
   const EffectChoice seen = lumigraph_.MeasuresCalledForByPhotos();
   lumigraph_.Correct(*arriving_.estimated, {});  // as the photos were read
+  if (OnDemand()) {
+    arriving_.loader = NewLoader();
+    arriving_.asked_view.reset();
+  }
   gl_.SetCameras(MakeSources(scene_));
   for (std::size_t i = 0; i < effects_.effects.size(); ++i) {
     if (!seen.effects[i].from_photos) continue;
@@ -65,6 +74,7 @@ void Viewer::ReadCorrected() {
   const Corrections wanted{s.exposure && s.white_balance, s.exposure && s.vignetting};
   // No other thread may read the scene's views while they change.
   if (wanted == lumigraph_.corrections() || Working() || arriving_.proxy.valid() || heat_.drawing.valid()) return;
+  if (!CopiesReady()) return;
   StopRefining();
   rest_.photos_reader.reset();
   rest_.photos_of.reset();
@@ -74,9 +84,10 @@ void Viewer::ReadCorrected() {
     gl_.DropPhotos();
   else
     for (const View& v : scene_.views) arriving_.gains.push_back(v.gain);
-  if (arriving_.reading_copies.valid()) arriving_.reading_copies.wait();
-  arriving_.small_copies = false;  // they are corrected, too
-  arriving_.loader.reset();        // it reads the scene's views, which change now
+  arriving_.reading_copies = {};  // they are corrected, too
+  arriving_.copies.clear();
+  arriving_.small_copies = false;
+  arriving_.loader.reset();  // it reads the scene's views, which change now
   lumigraph_.Correct(*arriving_.estimated, wanted);
   if (OnDemand()) {
     gl_.SetCameras(MakeSources(scene_));

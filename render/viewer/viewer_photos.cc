@@ -1,12 +1,17 @@
 // Photos on their way into graphics memory: all of them, those near the view first; or, where they do not fit into it,
 // those that the view is blended from, those of the view ahead, and the nearest.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
+#include <string>
 
 #include "render/photos/small_photos.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/program/error.h"
+#include "scene/program/interrupt.h"
 #include "scene/program/memory.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
@@ -18,7 +23,23 @@ constexpr double kAskAgain_s = 0.15;       // while the camera moves
 constexpr double kAhead_s = 1.0;           // the view then is prepared for, too
 constexpr std::size_t kMostNear = 2000;    // cameras around the view whose photos are kept, as far as there is room
 
+// Ends what reports to it by Interrupted.
+class StoppableProgress final : public ProgressSink {
+ public:
+  explicit StoppableProgress(const std::atomic<bool>& stop) : stop_(stop) {}
+  void Report(const std::string&, long, long, double, double) override {
+    if (stop_) throw Interrupted();
+  }
+  void Finish(const std::string&, long, double) override {}
+  void Message(const std::string&) override {}
+
+ private:
+  const std::atomic<bool>& stop_;
+};
+
 }  // namespace
+
+Viewer::~Viewer() { arriving_.stop_copies = true; }
 
 std::vector<Eigen::Vector2i> Viewer::PhotoSizes() const {
   std::vector<Eigen::Vector2i> sizes;
@@ -38,13 +59,9 @@ std::size_t Viewer::RoomForPhotos(const VisibilityMaps& maps) const {
 }
 
 // How often small copies of all photos are halved, which are held beside those that come and go; -1: there are none.
-int Viewer::SmallHalvings() const {
-  constexpr std::size_t kManyPhotos = 500;  // of fewer, those near the view are small ones enough
-  if (scene_.views.size() < kManyPhotos || !KeepsSmallPhotos(scene_)) return -1;
-  return CopyHalvings(scene_);
-}
+int Viewer::SmallHalvings() const { return CallsForSmallPhotos(scene_) ? CopyHalvings(scene_) : -1; }
 
-// Sets all photos to be read; those that are loaded are drawn until then.
+// Sets all photos to be read. Where all are held, those that are loaded are drawn until then.
 void Viewer::ReadAll() {
   arriving_.loader = NewLoader();
   arriving_.open.assign(scene_.views.size(), true);
@@ -80,16 +97,29 @@ void Viewer::WantOnDemand(const RenderRequest& request, const RenderRequest* ahe
   AskForMissing();
 }
 
+bool Viewer::CopiesReady() const {
+  return !arriving_.reading_copies.valid() ||
+         arriving_.reading_copies.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 // Copies of all photos are read, or made, on another thread, and uploaded a few a frame.
 void Viewer::TakeSmallCopies() {
   if (!OnDemand() || small_halvings_ < 0 || arriving_.small_copies) return;
   if (arriving_.copies.empty()) {
     if (!arriving_.reading_copies.valid())
       arriving_.reading_copies = std::async(std::launch::async, [this, halvings = small_halvings_] {
-        return ReadSmallPhotos(scene_, halvings, SilentProgress());
+        StoppableProgress until(arriving_.stop_copies);
+        return ReadSmallPhotos(scene_, halvings, until);
       });
-    if (arriving_.reading_copies.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-    arriving_.copies = arriving_.reading_copies.get();
+    if (!CopiesReady()) return;
+    try {
+      arriving_.copies = arriving_.reading_copies.get();
+    } catch (const std::exception& e) {  // those near the view stand in
+      MemoryIsBack();
+      small_halvings_ = -1;
+      Say(std::string("small copies of the photos: ") + e.what());
+      return;
+    }
     arriving_.copies_taken = 0;
   }
   const auto start = Clock::now();
@@ -139,12 +169,11 @@ std::optional<RenderRequest> Viewer::RequestAhead(const RenderRequest& now) cons
 
 void Viewer::AskForPhotos() {
   if (OnDemand() && (jobs_.path_recording || jobs_.probe.busy())) return;  // they ask for their own (PhotosAreHere)
-  const RenderRequest now = Request(size_px_.cwiseMax(1), Drawn());
+  const RenderRequest now = Request(size_px_.cwiseMax(1), SettingsToAskFor());
   if (arriving_.asked_view && ((arriving_.asked_view->P == now.view.P && arriving_.asked_settings == now.settings) ||
                                SecondsSince(arriving_.asked) < kAskAgain_s))
     return;
   if (OnDemand()) {
-    if (!Validate(now.settings).empty()) return;
     const std::optional<RenderRequest> ahead = RequestAhead(now);
     WantOnDemand(now, ahead ? &*ahead : nullptr);
   } else {
@@ -167,7 +196,8 @@ void Viewer::AskForPhotos() {
 // Whether a picture that is not the window's may be drawn; asks for what is missing.
 bool Viewer::PhotosAreHere(const RenderRequest& request) {
   if (!OnDemand()) return true;
-  if (!arriving_.asked_view || arriving_.asked_view->P != request.view.P) {
+  if (!arriving_.asked_view || arriving_.asked_view->P != request.view.P ||
+      !(arriving_.asked_settings == request.settings)) {
     WantOnDemand(request, nullptr);
     arriving_.asked_view = request.view;
     arriving_.asked_settings = request.settings;
@@ -211,6 +241,7 @@ void Viewer::Keep(PhotoLoader::Loaded loaded) {
 }
 
 void Viewer::TakePhotos() {
+  if (OnDemand() && arriving_.needed_open == 0 && HalfDrawn()) return;  // what comes would take others' places
   TakeSmallCopies();
   const auto start = Clock::now();
   while (SecondsSince(start) < kUploadTime_s) {
@@ -245,9 +276,23 @@ void Viewer::TakePhotos() {
   }
 }
 
+// While the panel's settings are invalid, the earlier ones are drawn.
+RadianceSettings Viewer::SettingsToAskFor() const {
+  const RadianceSettings wanted = Drawn();
+  return Validate(wanted).empty() ? wanted : drawn_.settings;
+}
+
 bool Viewer::AskedForThis() const {
-  return !OnDemand() || jobs_.path_recording || jobs_.probe.busy() ||
-         (arriving_.asked_view && arriving_.asked_view->P == Request(size_px_, Drawn()).view.P);
+  if (!OnDemand() || jobs_.path_recording || jobs_.probe.busy()) return true;
+  if (small_halvings_ >= 0 && !arriving_.small_copies) return false;
+  const RenderRequest now = Request(size_px_, SettingsToAskFor());
+  return arriving_.asked_view && arriving_.asked_view->P == now.view.P && arriving_.asked_settings == now.settings;
+}
+
+// A picture is being drawn in strips, all from the photos that were there when it was begun.
+bool Viewer::HalfDrawn() const {
+  return !painter_.complete() || (jobs_.path_recording && jobs_.path_recording->painter.busy()) ||
+         jobs_.probe.drawing();
 }
 
 int Viewer::PhotosOpen() const { return OnDemand() ? arriving_.needed_open : arriving_.loader->outstanding(); }

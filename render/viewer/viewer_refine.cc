@@ -89,26 +89,44 @@ void Viewer::StepRefinement(bool changed, bool moving) {
   facts_.refinement_s = rest_.seconds;
 }
 
-// Of all photos: those that a picture of this view is blended from, as far as they fit beside graphics memory.
+// Of all photos: those that a picture of this view is blended from, as large as they are seen, and halved from the
+// least important one on until they fit beside graphics memory.
 void Viewer::KeepPhotosOf(const RenderRequest& wanted) {
-  std::vector<std::int32_t> ask;
+  std::vector<WantedPhoto> keep = gl_.PhotosWanted(wanted);
+  const auto bytes_of = [&](const WantedPhoto& w) {
+    const Camera& camera = scene_.CameraOf(scene_.views[static_cast<std::size_t>(w.photo)]);
+    Eigen::Vector2i size(camera.width_px, camera.height_px);
+    for (int i = 0; i < w.halvings; ++i) size = (size / 2).cwiseMax(1);
+    return PhotoCache::BytesOf(size);
+  };
   std::size_t bytes = 0;
+  for (WantedPhoto& w : keep) {
+    w.halvings = std::min(w.halvings, CopyHalvings(scene_));
+    bytes += bytes_of(w);
+  }
+  constexpr int kMostHalvings = 16;
+  for (int round = 0; round < kMostHalvings && bytes > rest_.photo_bytes; ++round)
+    for (std::size_t i = keep.size(); i-- > 0 && bytes > rest_.photo_bytes;)
+      if (keep[i].halvings <= round) {
+        bytes -= bytes_of(keep[i]);
+        keep[i].halvings = round + 1;
+        bytes += bytes_of(keep[i]);
+      }
   auto photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
-  const bool shared = rest_.photos.use_count() > 1;
-  for (const WantedPhoto& w : gl_.PhotosWanted(wanted)) {
+  std::vector<std::int32_t> ask;
+  rest_.halvings.assign(scene_.views.size(), 0);
+  for (const WantedPhoto& w : keep) {
     const auto v = static_cast<std::size_t>(w.photo);
-    const Camera& camera = scene_.CameraOf(scene_.views[v]);
-    const std::size_t more = PhotoCache::BytesOf(Eigen::Vector2i(camera.width_px, camera.height_px));
-    if (bytes > 0 && bytes + more > rest_.photo_bytes) break;
-    bytes += more;
-    Photo& have = (*rest_.photos)[v];
-    if (have.levels.empty())
+    rest_.halvings[v] = w.halvings;
+    const Photo& have = (*rest_.photos)[v];
+    if (have.levels.empty() || have.level0_shift > w.halvings)
       ask.push_back(w.photo);
     else
-      (*photos)[v] = shared ? have : std::move(have);
+      (*photos)[v] = HalvedTo(have, w.halvings);
   }
   rest_.photos = std::move(photos);
   rest_.photos_of = wanted.view;
+  rest_.photos_settings = wanted.settings;
   rest_.photos_missing = true;
   rest_.photos_reader = NewLoader();
   rest_.photos_reader->Ask(ask);
@@ -117,7 +135,9 @@ void Viewer::KeepPhotosOf(const RenderRequest& wanted) {
 // Reads photos again that were not kept when they arrived, because refinement was off, or because they come and go.
 bool Viewer::KeepPhotos(const RenderRequest& wanted) {
   if (!Settled()) return false;
-  if (OnDemand() && (!rest_.photos_of || rest_.photos_of->P != wanted.view.P)) KeepPhotosOf(wanted);
+  if (OnDemand() &&
+      (!rest_.photos_of || rest_.photos_of->P != wanted.view.P || !(rest_.photos_settings == wanted.settings)))
+    KeepPhotosOf(wanted);
   if (!rest_.photos_missing) return true;
   if (!rest_.photos_reader) {
     rest_.photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
@@ -127,7 +147,10 @@ bool Viewer::KeepPhotos(const RenderRequest& wanted) {
     rest_.photos_reader->Ask(all);
   }
   while (auto loaded = rest_.photos_reader->Take())
-    if (OnDemand() || gl_.Has(loaded->view))
+    if (OnDemand() && loaded->error.empty())
+      (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] =
+          HalvedTo(loaded->photo, rest_.halvings[static_cast<std::size_t>(loaded->view.value)]);
+    else if (!OnDemand() && gl_.Has(loaded->view))
       (*rest_.photos)[static_cast<std::size_t>(loaded->view.value)] = std::move(loaded->photo);
   if (rest_.photos_reader->outstanding() > 0) return false;
   rest_.photos_reader.reset();

@@ -61,7 +61,7 @@ class Renderer {
 // How a renderer gets photos that are not all in memory.
 struct PhotoSupply {
   // Brings these into the vector of photos that the renderer was made with, as PhotoCache::Bring; others may go.
-  std::function<void(std::span<const WantedPhoto>)> bring;
+  std::function<int(std::span<const WantedPhoto>)> bring;
   int coarsest = 0;                // halvings that bring() makes use of
   std::size_t at_once_bytes = 0;   // of photos with their pyramids that it can bring without halving them
   std::size_t graphics_bytes = 0;  // that photos may take in graphics memory

@@ -28,7 +28,7 @@ class GlPhotosOnDemand : public testing::Test {
   // graphics: photos that graphics memory holds, about.
   std::unique_ptr<Renderer> Some(PhotoCache& cache, double graphics) {
     return MakeGlRenderer(WorldOf(capture_.scene, capture_.proxy), cache.photos(),
-                          {[&](std::span<const WantedPhoto> wanted) { cache.Bring(wanted); }, 0, 2 * one_,
+                          {[&](std::span<const WantedPhoto> wanted) { return cache.Bring(wanted); }, 0, 2 * one_,
                            static_cast<std::size_t>(graphics * 4.0 / 3.0 * static_cast<double>(one_))});
   }
   // Between this photo's camera and the next one's.

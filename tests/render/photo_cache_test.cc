@@ -40,7 +40,7 @@ void Bring(PhotoCache& cache, const std::vector<std::int32_t>& photos) {
 }
 
 PhotoSupply Supply(PhotoCache& cache) {
-  return {[&](std::span<const WantedPhoto> wanted) { cache.Bring(wanted); }};
+  return {[&](std::span<const WantedPhoto> wanted) { return cache.Bring(wanted); }};
 }
 
 TEST_F(PhotosOnDisk, TheOnesUsedLongestAgoMakeRoom) {

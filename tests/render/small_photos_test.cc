@@ -70,6 +70,23 @@ TEST_F(SmallPhotos, OfOtherPhotosAreMadeAnew) {
   EXPECT_EQ(small[4].levels[0].data, capture_.photos[4].levels[2].data);
 }
 
+// Halved after they were corrected, as the photos' own levels are; kept ones are those of one correction.
+TEST_F(SmallPhotos, AreCorrectedAsThePhotosAre) {
+  Read();
+  for (View& view : capture_.scene.views) {
+    PhotoCorrection correction;
+    correction.channel = {1, 0.8, 0.6};
+    correction.falloff = {-0.2, -0.1};
+    view.correction = std::make_shared<const PhotoCorrection>(correction);
+  }
+  for (int time = 0; time < 2; ++time) {
+    const std::vector<Photo> small = Read();
+    for (std::int32_t v = 0; v < kPhotos; ++v)
+      EXPECT_EQ(small[static_cast<std::size_t>(v)].levels[0].data, LoadPhoto(capture_.scene, {v}, {}).levels[2].data);
+  }
+  EXPECT_NE(Read()[1].levels[0].data, capture_.photos[1].levels[2].data);
+}
+
 TEST_F(SmallPhotos, ACutOffOrForeignFileIsMadeAnew) {
   Read();
   const auto whole = fs::file_size(Kept());
@@ -162,7 +179,7 @@ TEST_F(SmallPhotos, WhatIsSeenFromAfarMayBeHalved) {
   const auto all = MakeCpuRenderer(WorldOf(capture_.scene, capture_.proxy), capture_.photos);
   const auto some = MakeCpuRenderer(
       WorldOf(capture_.scene, capture_.proxy), cache.photos(),
-      {[&](std::span<const WantedPhoto> photos) { cache.Bring(photos); }, CopyHalvings(capture_.scene)});
+      {[&](std::span<const WantedPhoto> photos) { return cache.Bring(photos); }, CopyHalvings(capture_.scene)});
   RenderRequest request;
   request.settings = settings;
   request.view = MakeRenderView(capture_.scene, capture_.scene.views[2]);
@@ -170,6 +187,37 @@ TEST_F(SmallPhotos, WhatIsSeenFromAfarMayBeHalved) {
   request.view.size_px /= 6;
   EXPECT_EQ(some->Render(request).data, all->Render(request).data);
   EXPECT_LT(cache.counts().most, kPhotos * one_ / 2);
+}
+
+// A run that goes on, a part of a path, more memory: what else is held does not show.
+TEST_F(SmallPhotos, APictureDoesNotDependOnWhatElseIsHeld) {
+  RadianceSettings candidates;
+  candidates.grid_columns = candidates.grid_rows = 9;
+  RadianceSettings cells = candidates;
+  cells.correlation = Correlation::kFallingLeaves;
+  RadianceSettings aliased = candidates;
+  aliased.prefilter = !candidates.prefilter;
+  RenderRequest afar, near;
+  near.view = MakeRenderView(capture_.scene, capture_.scene.views[2]);
+  afar.view = near.view;
+  afar.view.P.topRows<2>() /= 5;
+  afar.view.size_px /= 5;
+  for (const RadianceSettings& settings : {candidates, cells, aliased}) {
+    afar.settings = near.settings = settings;
+    std::vector<ImageF> pictures;
+    for (const bool with_copies : {false, true})
+      for (const bool near_first : {false, true}) {
+        PhotoCache cache(capture_.scene, 2 * kPhotos * one_);
+        if (with_copies) cache.SetSmall(Read());
+        const auto renderer = MakeCpuRenderer(
+            WorldOf(capture_.scene, capture_.proxy), cache.photos(),
+            {[&](std::span<const WantedPhoto> photos) { return cache.Bring(photos); }, CopyHalvings(capture_.scene)});
+        if (near_first) renderer->Render(near);
+        pictures.push_back(renderer->Render(afar));
+        EXPECT_EQ(renderer->Statistics().halved, 0);
+      }
+    for (const ImageF& picture : pictures) EXPECT_EQ(picture.data, pictures[0].data);
+  }
 }
 
 }  // namespace
