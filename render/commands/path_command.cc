@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <string_view>
+#include <tuple>
 
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
@@ -98,15 +100,15 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
   const Scene& scene = job.scene();
   const Eigen::Vector2i size = job.wanted.views.front().size_px;
   std::string text =
-      fmt::format("settings {} own_times {} backend {} show {} of {} size {} {} fps {}\n",
+      fmt::format("settings {}\nown_times {} backend {} show {} of {} size {} {} fps {}\n",
                   JsonKeys(l.settings()).Text(), l.own_times(), o.backend, o.show, o.of, size.x(), size.y(), fps);
   // The last digits depend on the register width: frames made with different widths are not joined.
   text += o.backend == "gl" ? fmt::format("device {}\n", job.renderer->Device())
                             : fmt::format("registers of {} bits\n", 8 * WidestRegister());
-  if (l.cache() != nullptr) text += "photos as large as they are seen\n";
+  text += l.cache() != nullptr ? "photos read as large as they are seen\n" : "photos all in memory\n";
   text += fmt::format("window_frames {} border {} {} nominal_focal_px {}\n", l.reach(), o.border.fill, o.border.reach,
                       o.nominal_focal_px);
-  text += fmt::format("scene {} manifest {} proxy {}\n",
+  text += fmt::format("cameras {}\nlumigraph.json {}\nproxy {}\n",
                       Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
                       Fingerprint(scene.folder / "lumigraph.json"),
                       l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
@@ -135,25 +137,44 @@ void RemoveDamaged(const std::filesystem::path& folder) {
   }
 }
 
-// An excerpt of each text around the first place where they differ.
-std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b) {
-  constexpr std::ptrdiff_t kBefore = 30, kAfter = 50;
-  const auto [in_a, in_b] = std::ranges::mismatch(a, b);
-  const auto around = [&](const std::string& text, std::string::const_iterator at) {
-    const auto begin = at - std::min(kBefore, at - text.begin()), end = at + std::min(kAfter, text.end() - at);
-    std::string said(begin, end);
-    std::ranges::replace(said, '\n', ' ');
-    return said;
-  };
-  return {around(a, in_a), around(b, in_b)};
+std::vector<std::string> Split(const std::string& text, const std::string& at) {
+  std::vector<std::string> parts;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t end = std::min(text.find(at, from), text.size());
+    parts.push_back(text.substr(from, end - from));
+    from = end + at.size();
+  }
+  return parts;
+}
+
+// The first parts that differ; nothing in place of a part that only the other has.
+std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b, const std::string& at) {
+  std::vector<std::string> in_a = Split(a, at), in_b = Split(b, at);
+  const std::size_t most = std::max(in_a.size(), in_b.size());
+  in_a.resize(most);
+  in_b.resize(most);
+  const auto [one, other] = std::ranges::mismatch(in_a, in_b);
+  return one == in_a.end() ? std::pair<std::string, std::string>() : std::pair(*one, *other);
+}
+
+// How two fingerprint texts differ first, in words.
+std::string Difference(const std::string& there, const std::string& here) {
+  auto [one, other] = FirstDifference(there, here, "\n");
+  const auto begins = [&](std::string_view word) { return one.starts_with(word) && other.starts_with(word); };
+  // What follows is a hash, or a camera's numbers.
+  for (const char* word : {"cameras", "lumigraph.json", "proxy"})
+    if (begins(word)) return fmt::format("other {}", word);
+  if (begins("photo ")) return "another " + one.substr(0, one.rfind(' '));
+  if (one.starts_with("frame ") || other.starts_with("frame ")) return "another path";
+  if (begins("settings ")) std::tie(one, other) = FirstDifference(one, other, ",");
+  return fmt::format("there {}, here {}", one.empty() ? "nothing" : one, other.empty() ? "nothing" : other);
 }
 
 // Refuses to add to frames with another fingerprint text; these are not removed.
 [[noreturn]] void RefuseToJoin(const std::filesystem::path& folder, const std::string& there,
                                const std::string& wanted) {
-  const auto [one, other] = FirstDifference(there, wanted);
   throw UsageError(
-      fmt::format("{} holds frames that do not join with these: there '{}', here '{}'", folder.string(), one, other),
+      fmt::format("{} holds frames that do not join with these: {}", folder.string(), Difference(there, wanted)),
       "give all parts the same scene, path, settings and kind of machine, or another -o");
 }
 

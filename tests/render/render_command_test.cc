@@ -126,6 +126,24 @@ TEST_F(RenderCommand, PartsOfAPathJoinToTheWholesBytes) {
     }
     EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000006.png"));
   }
+  const auto why_not = [&](const RenderOptions& other) {
+    try {
+      Run(other);
+    } catch (const UsageError& e) {
+      return std::string(e.what());
+    }
+    return std::string("joined");
+  };
+  RenderOptions other = part;
+  other.settings.k = 1;
+  other.decided.Add("k");
+  EXPECT_THAT(why_not(other), testing::HasSubstr("\"k\":1"));
+  Mesh moved = capture_.proxy;
+  moved.vertices[0].x() += 0.01;
+  WriteMesh(ProxyPath(part.scene, "moved"), moved);
+  other = part;
+  other.proxy = "moved";
+  EXPECT_THAT(why_not(other), testing::EndsWith(": other proxy"));
   // What a killed run left without saying what it is of is no part of anything.
   fs::remove(folder_ / "parts" / "frames" / "frames.txt");
   EXPECT_THROW(Run(part), UsageError);
