@@ -37,7 +37,10 @@ std::string FalseColorOf(int view) {
 }
 
 std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewWeights& weights) {
-  const std::vector<double> shares = weights.Shares(scene.views.size());
+  return LegendOf(scene, weights.Shares(scene.views.size()));
+}
+
+std::vector<LegendEntry> LegendOf(const Scene& scene, const std::vector<double>& shares) {
   std::vector<LegendEntry> legend;
   for (std::size_t i = 0; i < shares.size(); ++i)
     if (shares[i] >= kLeastShare) legend.push_back({scene.views[i].name, FalseColorOf(static_cast<int>(i)), shares[i]});

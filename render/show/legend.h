@@ -18,6 +18,8 @@ void ListKeys(JsonKeys& j, LegendEntry& entry);
 
 // The colour of a photo in false colours, "#rrggbb".
 std::string FalseColorOf(int view);
+// The photos whose share of the picture (one a view of the scene) is at least a thousandth, the largest first.
+std::vector<LegendEntry> LegendOf(const Scene& scene, const std::vector<double>& shares);
 // The photos that give at least a thousandth of the picture's pixels, the largest share first.
 std::vector<LegendEntry> LegendOf(const Scene& scene, const ViewWeights& weights);
 // As SVG: a patch of colour, the photo's name and its share, a line each.

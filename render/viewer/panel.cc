@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "render/viewer/panel_parts.h"
 
@@ -101,6 +102,23 @@ void Legend(const PanelFacts& facts) {
                   facts.heat_unit));
 }
 
+// The photos of false colours, those that give most of the picture first.
+void ColorLegend(const PanelFacts& facts) {
+  constexpr std::size_t kMost = 12;
+  for (std::size_t i = 0; i < std::min(kMost, facts.color_legend.size()); ++i) {
+    const LegendEntry& entry = facts.color_legend[i];
+    const unsigned rgb = static_cast<unsigned>(std::stoul(entry.color.substr(1), nullptr, 16));
+    const ImVec2 x = ImGui::GetCursorScreenPos();
+    const float side = ImGui::GetTextLineHeight();
+    ImGui::GetWindowDrawList()->AddRectFilled({x.x, x.y}, {x.x + side, x.y + side},
+                                              IM_COL32(rgb >> 16, rgb >> 8 & 255U, rgb & 255U, 255));
+    ImGui::Dummy({side, side});
+    ImGui::SameLine();
+    Dim(fmt::format("{:4.1f} %  {}", 100 * entry.share, entry.photo));
+  }
+  if (facts.color_legend.size() > kMost) Dim(fmt::format("and {} more", facts.color_legend.size() - kMost));
+}
+
 // The distance between the marks, and a field for the true distance, which sets the scale.
 void Scale(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& wishes) {
   if (facts.marks.size() < 2) return;
@@ -132,6 +150,7 @@ void SceneGroup(const PanelFacts& facts, ViewerSettings& settings, PanelWishes& 
     ImGui::EndCombo();
   }
   if (facts.heat) Legend(facts);
+  ColorLegend(facts);
   ImGui::Checkbox("cameras", &settings.frusta);
   ImGui::SameLine();
   ImGui::Checkbox("edges", &settings.mesh);

@@ -13,6 +13,7 @@
 #include "render/effects/effects.h"
 #include "render/path/camera_path.h"
 #include "render/radiance/settings.h"
+#include "render/show/legend.h"
 #include "render/viewer/error_probe.h"
 #include "render/viewer/script.h"
 #include "render/viewer/seen.h"
@@ -76,6 +77,8 @@ struct PanelFacts {
   bool heat = false;
   double heat_low = 0, heat_high = 0;
   std::string heat_unit;
+
+  std::vector<LegendEntry> color_legend;  // of false colours at rest: which photo is which colour
 
   std::vector<Eigen::Vector3d> marks;     // in world; the last two
   std::optional<double> metres_per_unit;  // of the scene

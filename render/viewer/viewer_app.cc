@@ -227,6 +227,7 @@ void Viewer::Paint() {
   StepJobs();
   StepRefinement(drawn_.changed, steering_.moving || steering_.navigator.flying() || window_.Dragging());
   StepHeatMap();
+  StepColorLegend();
   FillHoles();
   KeepFacts();
 }
@@ -274,7 +275,7 @@ double Viewer::Wait_s() const {
 
 bool Viewer::AtRest() const {
   return Settled() && moving_.budget.ToProbe() == nullptr && painter_.complete() && drawn_.generation == generation_ &&
-         !RefinementOpen() && !HeatOpen();
+         !RefinementOpen() && !HeatOpen() && !ColorLegendOpen();
 }
 
 // Keeps a live recording up to the window's closing.
@@ -291,6 +292,7 @@ void Viewer::Summarise(JsonKeys& j) {
   j("settings", settings_.radiance, "refused", facts_.problem).Say("moving", moving_.budget.name());
   j.Say("refined", RefinementSummary()).Say("keys", path_.keys.size());
   j("metres_per_unit", facts_.metres_per_unit);
+  j("legend", facts_.color_legend);
   j("effects", effects_.effects, "errors", facts_.errors, "videos", jobs_.videos);
 }
 

@@ -161,6 +161,8 @@ class Viewer final : public ViewSession {
   void StepHeatMap();
   bool HeatIsShown(const HeatRequest& wanted) const;
   bool HeatOpen() const;
+  void StepColorLegend();
+  bool ColorLegendOpen() const;
   void FillHoles();
   void ShowDifference(const Image8& difference);
 
@@ -272,6 +274,12 @@ class Viewer final : public ViewSession {
     long wanted_generation = -1, drawn_generation = -1;
     Clock::time_point begun = Clock::now();
   };
+  // Shares of the photos in the false colours that are shown.
+  struct ColorLegend {
+    std::future<std::vector<double>> counting = {};
+    std::optional<RenderRequest> wanted = {}, counted = {};
+    long generation = -1;
+  };
   // The picture that is shown, its holes filled.
   struct Filled {
     GlHoleFill picture;
@@ -315,6 +323,7 @@ class Viewer final : public ViewSession {
   Moving moving_;
   Rest rest_;
   HeatMaps heat_;
+  ColorLegend color_legend_;
   Filled filled_;
   Jobs jobs_;
 };

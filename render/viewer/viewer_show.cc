@@ -1,5 +1,9 @@
 // What the viewer shows beside the lumigraph's picture, or in place of it: heat maps of the measures, the picture with
 // its holes filled, and the difference to a photo.
+#include <cmath>
+
+#include "render/radiance/frame_plan.h"
+#include "render/show/legend.h"
 #include "render/viewer/viewer_app.h"
 
 namespace lumi {
@@ -8,6 +12,12 @@ namespace {
 // Heat maps are drawn at this share of the window's side, because each pixel evaluates all photos' measures.
 constexpr double kHeatScale = 0.5;
 constexpr double kPlayingHeat_s = 0.2;  // between two while time plays
+
+// Of the picture whose weights a legend counts.
+Eigen::Vector2i LegendSize(const Eigen::Vector2i& window_px) {
+  constexpr double kWidth = 160;
+  return (kWidth / window_px.x() * window_px.cast<double>()).cast<int>().cwiseMax(1);
+}
 
 }  // namespace
 
@@ -48,6 +58,48 @@ void Viewer::StepHeatMap() {
       std::launch::async, [wanted, sources = gl_.sources(), tracer = proxy_tracer_, maps = gl_.visibility()] {
         return RenderMeasureMap(sources, *tracer, maps ? *maps : VisibilityMaps(), wanted.request, wanted.measure, -1);
       });
+}
+
+// The legend of false colours, once the camera rests: weights at the pixels of a small picture, on another thread.
+void Viewer::StepColorLegend() {
+  ColorLegend& l = color_legend_;
+  if (l.counting.valid() && l.counting.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    facts_.color_legend = LegendOf(scene_, l.counting.get());
+    l.counted = l.wanted;
+  }
+  if (settings_.seen.show != Show::kFalseColor || settings_.seen.flat || settings_.seen.measure) {
+    facts_.color_legend.clear();
+    l.counted.reset();
+    return;
+  }
+  if (l.counting.valid() || steering_.moving || !ColorLegendOpen()) return;
+  l.wanted = Request(LegendSize(size_px_), drawn_.settings);
+  l.generation = generation_;
+  l.counting = std::async(std::launch::async, [wanted = *l.wanted, sources = gl_.sources(), tracer = proxy_tracer_,
+                                               maps = gl_.visibility()] {
+    RadianceSettings settings = wanted.settings;
+    settings.grid_columns = settings.grid_rows = 0;
+    const bool hides = settings.visibility && maps && !maps->empty();
+    FramePlan plan;
+    WeighScratch scratch;
+    PlanPixels(MakeViewSetup(sources, wanted.view, settings), *tracer, hides ? maps.get() : nullptr,
+               {0, 0, wanted.view.size_px.x(), wanted.view.size_px.y()}, plan, scratch);
+    std::vector<double> shares(sources.views.size(), 0);
+    for (std::size_t i = 0; i < plan.camera.size(); ++i)
+      if (plan.camera[i] >= 0)
+        shares[static_cast<std::size_t>(plan.camera[i])] +=
+            std::abs(static_cast<double>(plan.weight[i])) / static_cast<double>(plan.alpha.size());
+    return shares;
+  });
+}
+
+bool Viewer::ColorLegendOpen() const {
+  const ColorLegend& l = color_legend_;
+  if (settings_.seen.show != Show::kFalseColor || settings_.seen.flat || settings_.seen.measure || !drawn_.request ||
+      proxy_tracer_ == nullptr)
+    return false;
+  return l.counting.valid() || !l.counted || l.generation != generation_ ||
+         !Same(*l.counted, Request(LegendSize(size_px_), drawn_.settings));
 }
 
 bool Viewer::HeatIsShown(const HeatRequest& wanted) const {

@@ -43,6 +43,23 @@ TEST_F(ViewerWindow, ShowsThePictureThatTheCpuRenders) {
   std::printf("  %.1f dB, %s\n", psnr, r.json["device"].get<std::string>().c_str());
 }
 
+TEST_F(ViewerWindow, FalseColoursHaveALegend) {
+  const std::string shot = (folder_ / "false.png").string();
+  const Result r = RunViewer({"--effects", "fov,visibility", "--k", "2", "--width", "640", "--height", "480",
+                              "--script", "jump 3; show false-color; wait; screenshot " + shot});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  // At a photo's own camera the photo is all of the picture, as far as it sees.
+  ASSERT_GE(r.json["legend"].size(), 1U);
+  EXPECT_EQ(r.json["legend"][0]["photo"], world_.scene.views[3].name);
+  double covered = 0;
+  for (const auto& entry : r.json["legend"]) covered += entry["share"].get<double>();
+  EXPECT_GT(r.json["legend"][0]["share"].get<double>(), 0.9 * covered);
+  const Result colors = RunViewer(
+      {"--no-ui", "--width", "320", "--height", "240", "--script", "jump 3; show false-color; wait; show color; wait"});
+  EXPECT_TRUE(colors.json["legend"].empty());
+}
+
 TEST_F(ViewerWindow, FillsWhatNoPhotoSeesUnlessSomethingElseIsShown) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   // Far more than the photos see.
