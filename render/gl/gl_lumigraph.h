@@ -63,9 +63,9 @@ class GlLumigraph {
   // One colour a view for Show::kFalseColor; SourceColor() unless set.
   void SetSourceColors(const std::vector<Eigen::Vector3f>& colors);
 
-  // Views whose photos a picture of this request shows, whether they are uploaded or not; those that show in the most
-  // places first. They are ranked at the samples of the settings' grid, or of 25x25, as
-  // candidates are (PlanCandidates): a photo that is among the best nowhere but between samples is missed.
+  // The photos that a picture of this request shows, whether they are uploaded or not, and how often each may be
+  // halved; those that show in the most places first. They are ranked at the samples of the settings' grid, or of
+  // 25x25, as candidates are (PlanCandidates): a photo that is among the best only between samples is missed.
   std::vector<WantedPhoto> PhotosWanted(const RenderRequest& request);
 
   // Starts a picture of request.view.size_px: the depth of every pixel, or the plan of settings.Sparse(). Views whose

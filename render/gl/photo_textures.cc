@@ -26,10 +26,6 @@ std::size_t LayerBytes(const Eigen::Vector2i& size) {
   return static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) * 16 / 3;
 }
 
-Eigen::Vector2i Halved(const Eigen::Vector2i& size, int times) {
-  return {std::max(1, size.x() >> times), std::max(1, size.y() >> times)};
-}
-
 // Throws std::invalid_argument for what does not fit into a layer of this size.
 void Check(const Photo& photo, const Eigen::Vector2i& most_px) {
   if (photo.levels.empty()) throw std::invalid_argument("PhotoTextures: the photo is not loaded");
@@ -49,7 +45,7 @@ int LayersPerTexture(const Eigen::Vector2i& size, int max_layers) {
 
 std::size_t BytesOf(const std::vector<SizeClass>& classes, int halvings = 0) {
   std::size_t bytes = 0;
-  for (const SizeClass& c : classes) bytes += LayerBytes(Halved(c.size_px, halvings)) * c.photos.size();
+  for (const SizeClass& c : classes) bytes += LayerBytes(HalvedSize(c.size_px, halvings)) * c.photos.size();
   return bytes;
 }
 
@@ -63,7 +59,7 @@ PhotoRoom RoomOf(const SizeClass& c, std::size_t bytes, std::size_t all) {
   PhotoRoom room{};
   for (int h = 0; h < kSlotSizes; ++h) {
     const auto i = static_cast<std::size_t>(h);
-    const double layers = kShares[i] * share / static_cast<double>(LayerBytes(Halved(c.size_px, h)));
+    const double layers = kShares[i] * share / static_cast<double>(LayerBytes(HalvedSize(c.size_px, h)));
     room[i] = std::clamp(static_cast<int>(layers), 1, photos);
   }
   return room;
@@ -77,8 +73,8 @@ int TextureCount(const std::vector<SizeClass>& classes, int max_layers, std::siz
   int n = 0;
   for (const SizeClass& c : classes) {
     const PhotoRoom room = RoomOf(c, bytes, BytesOf(classes));
-    for (int h = 0; h < kSlotSizes; ++h) n += textures(room[static_cast<std::size_t>(h)], Halved(c.size_px, h));
-    if (small_halvings >= 0) n += textures(static_cast<int>(c.photos.size()), Halved(c.size_px, small_halvings));
+    for (int h = 0; h < kSlotSizes; ++h) n += textures(room[static_cast<std::size_t>(h)], HalvedSize(c.size_px, h));
+    if (small_halvings >= 0) n += textures(static_cast<int>(c.photos.size()), HalvedSize(c.size_px, small_halvings));
   }
   return n;
 }
@@ -162,12 +158,12 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     kind.whole_px = c.size_px;
     for (int h = 0; h < kSlotSizes; ++h) {
       const auto i = static_cast<std::size_t>(h);
-      const Eigen::Vector2i size_px = Halved(c.size_px, h);
+      const Eigen::Vector2i size_px = HalvedSize(c.size_px, h);
       AddGroups(size_px, room[i], LayersPerTexture(size_px, max_layers), kind.free[i]);
     }
     for (const std::size_t photo : c.photos) kinds_[photo] = static_cast<int>(rooms_.size());
     if (small_halvings >= 0) {
-      const Eigen::Vector2i copy_px = Halved(c.size_px, small_halvings);
+      const Eigen::Vector2i copy_px = HalvedSize(c.size_px, small_halvings);
       std::vector<Layer> copies;
       AddGroups(copy_px, static_cast<int>(c.photos.size()), LayersPerTexture(copy_px, max_layers), copies);
       for (const std::size_t photo : c.photos) {
@@ -199,8 +195,8 @@ std::vector<PhotoTextures::Layer>& PhotoTextures::FreeLayers(std::size_t index, 
   std::size_t h = 0;
   if (!holds_all_)
     while (h + 1 < kind.free.size()) {
-      const Eigen::Vector2i next = Halved(planned_px_[index], static_cast<int>(h) + 1);
-      if (next == Halved(planned_px_[index], static_cast<int>(h)) || (size_px.array() > next.array()).any()) break;
+      const Eigen::Vector2i next = HalvedSize(planned_px_[index], static_cast<int>(h) + 1);
+      if (next == HalvedSize(planned_px_[index], static_cast<int>(h)) || (size_px.array() > next.array()).any()) break;
       ++h;
     }
   return kind.free[h];

@@ -26,7 +26,6 @@ void Halve(Photo& photo, int times) {
   photo.level0_shift += static_cast<int>(finer);
 }
 
-constexpr int kMostHalvings = 16;
 // Bytes while a photo is being read: the file's picture, a copy and the pyramid. kReadingBytes of them may be used at
 // once, beside the budget.
 constexpr std::size_t kReadingBytesAPixel = 7, kReadingBytes = std::size_t{256} << 20;
@@ -46,6 +45,19 @@ std::size_t PhotoCache::BytesOf(const Eigen::Vector2i& size_px) {
     bytes += 3 * static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y());
     if (size.maxCoeff() <= 1) return bytes;
   }
+}
+
+void HalveToFit(std::span<const std::size_t> ranked, std::size_t budget,
+                const std::function<std::size_t(std::size_t, int)>& bytes_at, std::vector<int>& halvings) {
+  std::size_t together = 0;
+  for (const std::size_t i : ranked) together += bytes_at(i, halvings[i]);
+  for (int round = 0; round < kMostHalvings && together > budget; ++round)
+    for (std::size_t n = ranked.size(); n-- > 0 && together > budget;)
+      if (const std::size_t i = ranked[n]; halvings[i] <= round) {
+        together += bytes_at(i, round + 1);
+        together -= bytes_at(i, halvings[i]);
+        halvings[i] = round + 1;
+      }
 }
 
 int CopyHalvings(const Scene& scene) {
@@ -75,9 +87,7 @@ std::size_t PhotoCache::BytesOf(const Scene& scene) {
 }
 
 std::size_t PhotoCache::Bytes(std::size_t photo, int shift) const {
-  Eigen::Vector2i size = SizeOf(scene_, photo);
-  for (int i = 0; i < shift; ++i) size = (size / 2).cwiseMax(1);
-  return BytesOf(size);
+  return BytesOf(HalvedSize(SizeOf(scene_, photo), shift));
 }
 
 void PhotoCache::SetSmall(std::vector<Photo> small) {
@@ -146,20 +156,20 @@ std::vector<int> PhotoCache::HalvingsOf(std::span<const WantedPhoto> wanted) con
     together += bytes_at(v, times);
   }
   std::ranges::sort(order);
-  const auto halve = [&](std::size_t i, int times) {
-    const auto v = static_cast<std::size_t>(wanted[i].photo);
-    together += bytes_at(v, times);
-    together -= bytes_at(v, halvings[i]);
-    halvings[i] = times;
-  };
   // Where that is too much, those go first that are finest for what they show.
   for (int finer = kMostHalvings; finer > 0 && together > budget_; --finer)
     for (std::size_t n = order.size(); n-- > 0 && together > budget_;)
-      if (const std::size_t i = order[n].second; halvings[i] + finer == std::min(most[i], kMostHalvings))
-        halve(i, halvings[i] + 1);
-  for (int round = 0; round < kMostHalvings && together > budget_; ++round)
-    for (std::size_t n = order.size(); n-- > 0 && together > budget_;)
-      if (const std::size_t i = order[n].second; halvings[i] <= round) halve(i, round + 1);
+      if (const std::size_t i = order[n].second; halvings[i] + finer == std::min(most[i], kMostHalvings)) {
+        const auto v = static_cast<std::size_t>(wanted[i].photo);
+        together += bytes_at(v, halvings[i] + 1);
+        together -= bytes_at(v, halvings[i]);
+        ++halvings[i];
+      }
+  std::vector<std::size_t> ranked;
+  for (const auto& [rank, i] : order) ranked.push_back(i);
+  HalveToFit(
+      ranked, budget_,
+      [&](std::size_t i, int times) { return bytes_at(static_cast<std::size_t>(wanted[i].photo), times); }, halvings);
   return halvings;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,6 +22,12 @@ struct WantedPhoto {
 // nothing.
 constexpr int kCopySide = 128;
 int CopyHalvings(const Scene& scene);
+
+constexpr int kMostHalvings = 16;
+// Halves photos from the last one in `ranked` on, each once before any is halved again, until all of them fit into
+// `budget` (or are a pixel). bytes_at(photo, halvings): what one takes. `halvings` begins with what they may be.
+void HalveToFit(std::span<const std::size_t> ranked, std::size_t budget,
+                const std::function<std::size_t(std::size_t, int)>& bytes_at, std::vector<int>& halvings);
 
 class PhotoCache {
  public:
@@ -41,10 +48,9 @@ class PhotoCache {
 
   // One a view of the scene, at the same address always; those that are not in memory have no levels, or are small.
   const std::vector<Photo>& photos() const { return photos_; }
-  // Brings these photos into memory (each named once): reads missing ones in parallel and drops others for them. Photos
-  // that matter most come first: if all together exceed the budget, they are halved from the last one on, each once
-  // before any is halved again, until they fit (or are one pixel). A photo may be
-  // held larger than it is wanted. Throws InputError for a photo that cannot be read; not thread-safe.
+  // Brings these photos into memory: reads missing ones in parallel and drops others for them. Each is named once, the
+  // most important ones first; if together they exceed the budget, they are halved (HalveToFit). A photo may be held
+  // larger than it is wanted. Throws InputError for a photo that cannot be read; not thread-safe.
   // Returns how often photos were halved at most, beyond what they may be.
   int Bring(std::span<const WantedPhoto> wanted);
 

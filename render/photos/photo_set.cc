@@ -13,16 +13,12 @@ Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   const View& of = scene.views[static_cast<std::size_t>(view.value)];
   Image8 pixels = ReadImage8(scene.ImagePath(of), 3);
   if (of.correction) Correct(*of.correction, pixels);
-  std::vector<Image8> levels = BuildPyramid(pixels, options.pyramids || options.max_side_px > 0 ? 0 : 1);
-  std::size_t first = 0;
-  while (options.max_side_px > 0 && first + 1 < levels.size() &&
-         std::max(levels[first].width, levels[first].height) > options.max_side_px)
-    ++first;
-  photo.level0_shift = static_cast<int>(first);
-  levels.erase(levels.begin(), levels.begin() + static_cast<std::ptrdiff_t>(first));
-  if (!options.pyramids) levels.resize(1);
-  photo.levels = std::move(levels);
+  photo.levels = BuildPyramid(pixels, options.pyramids ? 0 : 1);
   return photo;
+}
+
+Eigen::Vector2i HalvedSize(const Eigen::Vector2i& size_px, int halvings) {
+  return {std::max(1, size_px.x() >> halvings), std::max(1, size_px.y() >> halvings)};
 }
 
 Photo HalvedTo(const Photo& photo, int halvings) {

@@ -1,6 +1,7 @@
 // The photographs of a scene in memory, with their pyramids, ready to be sampled.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -11,7 +12,6 @@
 namespace lumi {
 
 struct PhotoOptions {
-  int max_side_px = 0;  // larger photos are halved until they fit; 0: as they are
   bool pyramids = true;
 };
 
@@ -20,6 +20,8 @@ struct Photo {
   int level0_shift = 0;        // level 0 is the photo halved this many times
 };
 
+// Of a pyramid's level; a pixel at least.
+Eigen::Vector2i HalvedSize(const Eigen::Vector2i& size_px, int halvings);
 // The levels of a photo from so many halvings on; at least one.
 Photo HalvedTo(const Photo& photo, int halvings);
 

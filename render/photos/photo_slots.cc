@@ -6,8 +6,8 @@
 namespace lumi {
 namespace {
 
-// Photos are read into a size up to this share of its slots; up to all of them, those that are there stay. Otherwise
-// photos at the limit would be read again and again while a camera moves.
+// New photos are read into this share of a size's slots; the others keep photos that are there already. Otherwise
+// photos near the limit would be read again and again while a camera moves.
 constexpr double kReadShare = 0.8;
 
 }  // namespace

@@ -19,11 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Eigen::Vector2i Halved(const Scene& scene, std::size_t view, int times) {
+Eigen::Vector2i CopySize(const Scene& scene, std::size_t view, int halvings) {
   const Camera& camera = scene.CameraOf(scene.views[view]);
-  Eigen::Vector2i size(camera.width_px, camera.height_px);
-  for (int i = 0; i < times; ++i) size = (size / 2).cwiseMax(1);
-  return size;
+  return HalvedSize({camera.width_px, camera.height_px}, halvings);
 }
 
 // What the copies were made from, a line a photo; the pixels follow, RGB, row by row, photo after photo.
@@ -35,7 +33,7 @@ std::string Header(const Scene& scene, int halvings) {
     std::error_code ec;
     const auto bytes = fs::file_size(file, ec);
     const auto time = fs::last_write_time(file, ec).time_since_epoch().count();
-    const Eigen::Vector2i size = Halved(scene, v, halvings);
+    const Eigen::Vector2i size = CopySize(scene, v, halvings);
     text += fmt::format("{} {} {}x{} {}", ec ? 0 : bytes, ec ? 0 : time, size.x(), size.y(), scene.views[v].name);
     if (const auto& c = scene.views[v].correction)
       text += fmt::format(" corrected {} {} {} {} {}", c->channel[0], c->channel[1], c->channel[2], c->falloff.a,
@@ -54,7 +52,7 @@ std::vector<Image8> ReadKept(const Scene& scene, int halvings, const std::string
   std::string found(header.size(), '\0');
   if (!in.read(found.data(), static_cast<std::streamsize>(found.size())) || found != header) return kept;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    const Eigen::Vector2i size = Halved(scene, v, halvings);
+    const Eigen::Vector2i size = CopySize(scene, v, halvings);
     Image8 image(size.x(), size.y(), 3);
     if (!in.read(reinterpret_cast<char*>(image.data.data()), static_cast<std::streamsize>(image.data.size())))
       return {};
@@ -72,7 +70,7 @@ std::vector<Image8> MakeSmall(const Scene& scene, int halvings, ProgressSink& si
       for (std::size_t v = from + begin; v < from + end; ++v) {
         const Photo photo = LoadPhoto(scene, {static_cast<std::int32_t>(v)}, {});
         const Image8& copy = photo.levels[std::min(static_cast<std::size_t>(halvings), photo.levels.size() - 1)];
-        const Eigen::Vector2i size = Halved(scene, v, halvings);
+        const Eigen::Vector2i size = CopySize(scene, v, halvings);
         if (copy.width != size.x() || copy.height != size.y())
           throw InputError(scene.ImagePath(scene.views[v]), "is not of its camera's size");
         made[v] = copy;

@@ -1,8 +1,7 @@
-// The viewer with a free camera. viewer_app.cc draws a frame; viewer_photos.cc takes photos, viewer_arrivals.cc
-// what else comes from other threads,
-// viewer_input.cc handles input, viewer_path.cc keeps the camera path, viewer_jobs.cc records and measures,
-// viewer_refine.cc refines the picture at rest, viewer_show.cc draws heat maps and differences, viewer_script.cc runs a
-// script's statements.
+// The viewer with a free camera. viewer_app.cc draws a frame; viewer_photos.cc takes photos, viewer_arrivals.cc what
+// else comes from other threads; viewer_input.cc handles input, viewer_path.cc keeps the camera path, viewer_jobs.cc
+// records and measures, viewer_refine.cc refines the picture at rest, viewer_show.cc draws heat maps and differences,
+// viewer_script.cc runs a script's statements.
 #pragma once
 
 #include <algorithm>

@@ -241,10 +241,11 @@ void Viewer::Keep(PhotoLoader::Loaded loaded) {
 }
 
 void Viewer::TakePhotos() {
-  if (OnDemand() && arriving_.needed_open == 0 && HalfDrawn()) return;  // what comes would take others' places
-  TakeSmallCopies();
+  // What comes now would take the places of photos that the picture is being drawn from.
+  const bool hold = OnDemand() && arriving_.needed_open == 0 && HalfDrawn();
+  if (!hold) TakeSmallCopies();
   const auto start = Clock::now();
-  while (SecondsSince(start) < kUploadTime_s) {
+  while (!hold && SecondsSince(start) < kUploadTime_s) {
     std::optional<PhotoLoader::Loaded> loaded = arriving_.loader->Take();
     if (!loaded) break;
     const auto v = static_cast<std::size_t>(loaded->view.value);

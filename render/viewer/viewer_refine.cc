@@ -92,37 +92,27 @@ void Viewer::StepRefinement(bool changed, bool moving) {
 // Of all photos: those that a picture of this view is blended from, as large as they are seen, and halved from the
 // least important one on until they fit beside graphics memory.
 void Viewer::KeepPhotosOf(const RenderRequest& wanted) {
-  std::vector<WantedPhoto> keep = gl_.PhotosWanted(wanted);
-  const auto bytes_of = [&](const WantedPhoto& w) {
-    const Camera& camera = scene_.CameraOf(scene_.views[static_cast<std::size_t>(w.photo)]);
-    Eigen::Vector2i size(camera.width_px, camera.height_px);
-    for (int i = 0; i < w.halvings; ++i) size = (size / 2).cwiseMax(1);
-    return PhotoCache::BytesOf(size);
-  };
-  std::size_t bytes = 0;
-  for (WantedPhoto& w : keep) {
-    w.halvings = std::min(w.halvings, CopyHalvings(scene_));
-    bytes += bytes_of(w);
+  std::vector<std::size_t> ranked;
+  rest_.halvings.assign(scene_.views.size(), 0);
+  for (const WantedPhoto& w : gl_.PhotosWanted(wanted)) {
+    ranked.push_back(static_cast<std::size_t>(w.photo));
+    rest_.halvings[ranked.back()] = std::min(w.halvings, CopyHalvings(scene_));
   }
-  constexpr int kMostHalvings = 16;
-  for (int round = 0; round < kMostHalvings && bytes > rest_.photo_bytes; ++round)
-    for (std::size_t i = keep.size(); i-- > 0 && bytes > rest_.photo_bytes;)
-      if (keep[i].halvings <= round) {
-        bytes -= bytes_of(keep[i]);
-        keep[i].halvings = round + 1;
-        bytes += bytes_of(keep[i]);
-      }
+  HalveToFit(
+      ranked, rest_.photo_bytes,
+      [&](std::size_t v, int halvings) {
+        const Camera& camera = scene_.CameraOf(scene_.views[v]);
+        return PhotoCache::BytesOf(HalvedSize({camera.width_px, camera.height_px}, halvings));
+      },
+      rest_.halvings);
   auto photos = std::make_shared<std::vector<Photo>>(scene_.views.size());
   std::vector<std::int32_t> ask;
-  rest_.halvings.assign(scene_.views.size(), 0);
-  for (const WantedPhoto& w : keep) {
-    const auto v = static_cast<std::size_t>(w.photo);
-    rest_.halvings[v] = w.halvings;
+  for (const std::size_t v : ranked) {
     const Photo& have = (*rest_.photos)[v];
-    if (have.levels.empty() || have.level0_shift > w.halvings)
-      ask.push_back(w.photo);
+    if (have.levels.empty() || have.level0_shift > rest_.halvings[v])
+      ask.push_back(static_cast<std::int32_t>(v));
     else
-      (*photos)[v] = HalvedTo(have, w.halvings);
+      (*photos)[v] = HalvedTo(have, rest_.halvings[v]);
   }
   rest_.photos = std::move(photos);
   rest_.photos_of = wanted.view;
