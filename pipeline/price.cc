@@ -40,6 +40,8 @@ void TakePrice(const PipelineSummary& summary, PricedQuality& row) {
   double most = 0;
   std::string stage;
   for (const StageResult& s : summary.stages) {
+    // The report is written again once the table that it shows exists: it is no part of what a quality costs.
+    if (s.name == "report") continue;
     const double minutes = s.computed_seconds / 60;
     row.minutes += minutes;
     if (s.name == "reconstruct" || s.name == "timeperiodic" || s.name == "import") {

@@ -72,9 +72,10 @@ TEST_F(PipelinePriceTest, EveryQualityIsARowWithItsMinutesAndItsError) {
   const json again = Done(Run("price", {"--tradeoff", "--no-web", "--no-video"}));
   for (std::size_t i = 0; i < names.size(); ++i) {
     EXPECT_EQ(again["qualities"][i]["psnr_db"], price["qualities"][i]["psnr_db"]);
-    EXPECT_NEAR(again["qualities"][i]["proxy_minutes"].get<double>(),
-                price["qualities"][i]["proxy_minutes"].get<double>(), 1e-9);
+    for (const char* minutes : {"minutes", "proxy_minutes"})
+      EXPECT_NEAR(again["qualities"][i][minutes].get<double>(), price["qualities"][i][minutes].get<double>(), 1e-9);
   }
+  EXPECT_EQ(again["recommended"], best);
   // For people each quality's line says once what it is.
   const ProgramResult text =
       RunProgram({"lumi-pipeline", Workspace().string(), "-o", (*capture_ / "price").string(), "--holdout", "4",
