@@ -87,7 +87,7 @@ GivenPlanes ReadPlanesJson(const std::filesystem::path& file) {
       } else if (p.is_object() && p.contains("normal") && p.value("offset", json()).is_number()) {
         FittedPlane plane;
         plane.normal = CornersOf(json::array({p["normal"]}), where).front();
-        const double n = plane.normal.norm();
+        const double n = plane.normal.stableNorm();
         if (!(n > 0)) throw std::invalid_argument(where + ": its normal has no length");
         plane.normal /= n;
         plane.offset = p["offset"].get<double>() / n;
