@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "pipeline/named_remarks.h"
 #include "scene/files/atomic_file.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
@@ -26,24 +27,6 @@ constexpr std::size_t kMostAtOnce = 64;
 // Beside the scenes.
 constexpr const char* kJobs = "jobs";
 constexpr const char* kTable = "batch.json";
-
-// Remarks of several captures at once, each with its name; their progress would draw over each other.
-class NamedRemarks final : public ProgressSink {
- public:
-  NamedRemarks(ProgressSink& to, std::mutex& mutex, std::string name)
-      : to_(to), mutex_(mutex), name_(std::move(name)) {}
-  void Report(const std::string&, long, long, double, double) override {}
-  void Finish(const std::string&, long, double) override {}
-  void Message(const std::string& line) override {
-    const std::lock_guard lock(mutex_);
-    to_.Message(name_ + ": " + line);
-  }
-
- private:
-  ProgressSink& to_;
-  std::mutex& mutex_;
-  const std::string name_;
-};
 
 void RunOne(const BatchOptions& options, ProgressSink& progress, BatchCapture& capture) {
   std::vector<std::string> arguments{capture.input.string(), "-o", capture.scene.string()};

@@ -153,6 +153,8 @@ int main(int argc, char** argv) {
   app.Add("--proxy-minutes", options.proxy_minutes,
           "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: as long as the cameras took, or 15 "
           "seconds a photo up to 20 minutes where that is longer");
+  app.Add("--depth-width", options.depth_width_px,
+          "With --proxy auto: longer side of the depth maps in pixels, 64..8192, instead of what minutes allow");
   app.Add("--silhouette-rule", options.silhouette_rule,
           "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
@@ -201,6 +203,10 @@ int main(int argc, char** argv) {
   app.Add("--sbatch-option", where.slurm.options,
           "slurm: passed on to sbatch, as --sbatch-option=--time=60; may be given again")
       .OneEach();
+  app.Add("--parts", options.parts,
+          "slurm: depth maps as a job array of so many tasks, 1 to 1000, with --proxy auto or dense; auto's are then "
+          "--depth-width wide, 640 unless given")
+      .Default();
   app.Add("--batch", where.batch,
           "A text file with an input a line: each becomes OUT/NAME with these options, one after the other, or all at "
           "once as jobs");

@@ -47,6 +47,8 @@ struct PipelineOptions {
   double video_fidelity_db = 40;
   int threads = 0;                               // 0: all cores
   std::shared_ptr<Executor> executor = nullptr;  // where stages run; none: here
+  int parts = 1;                                 // with an executor: jobs that depth maps are divided among
+  std::optional<int> depth_width_px;  // of auto's depth maps, instead of what their minutes allow; see also `parts`
   unsigned long long seed = 0;
 };
 

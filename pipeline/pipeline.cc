@@ -129,8 +129,8 @@ class Run {
                           IsWithin(options_.input, summary_.scene);
     const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
     count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 +
-             (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) + (options_.video ? 1 : 0) +
-             (options_.web ? 1 : 0) + 1;
+             (DepthMapsInParts() ? 1 : 0) + (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) +
+             (options_.video ? 1 : 0) + (options_.web ? 1 : 0) + 1;
 
     Announce(kind, in_place, calibrate);
     if (calibrate) Calibrate();
@@ -185,9 +185,11 @@ class Run {
     if (HasSilhouetteSource(options_)) stages.emplace_back("silhouettes", 0);
     const double depth = options_.proxy != "auto" ? 0
                          : options_.proxy_minutes ? 60 * *options_.proxy_minutes
+                         : DepthWidth()           ? kDepthSecondsAPhoto * photos / options_.parts
                          : options_.depth_seconds_a_photo
                              ? *options_.depth_seconds_a_photo * photos
                              : std::max(cameras, std::min(kMostDepthSeconds, kDepthSecondsAPhoto * photos));
+    if (DepthMapsInParts()) stages.emplace_back("depth-maps", 0);
     stages.emplace_back("proxy", depth);
     if (options_.faces > 0) stages.emplace_back("simplify", 0);
     if (options_.holdout > 0) stages.emplace_back("holdout", 0);
@@ -409,16 +411,80 @@ class Run {
                   {options_.calibration.string(), "-o", camera_.string()}, std::move(arguments));
   }
 
-  void MakeProxy() {
+  // What the proxy and the parts of its depth maps have in common.
+  std::vector<std::string> ProxyArguments() const {
     std::vector<std::string> arguments{options_.proxy, summary_.scene.string()};
-    if (options_.proxy != "auto")
-      arguments.emplace_back("--activate");
-    else if (options_.holdout > 0)  // it chooses on photos that this N does not report on
+    if (options_.proxy != "auto") return arguments;
+    if (options_.holdout > 0)  // it chooses on photos that this N does not report on
       arguments.insert(arguments.end(), {"--holdout", std::to_string(options_.holdout)});
-    if (options_.proxy == "auto")
-      if (const auto minutes = DepthMinutes())
-        arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{:g}", *minutes)});
+    if (const auto width = DepthWidth())
+      arguments.insert(arguments.end(), {"--depth-width", std::to_string(*width)});
+    else if (const auto minutes = DepthMinutes())
+      arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{:g}", *minutes)});
+    return arguments;
+  }
+
+  void MakeProxy() {
+    if (DepthMapsInParts()) MakeDepthMaps();
+    std::vector<std::string> arguments = ProxyArguments();
+    if (options_.proxy != "auto") arguments.emplace_back("--activate");
     Start("proxy", "lumi-proxy", std::move(arguments));
+  }
+
+  // The width of auto's depth maps; no value: it follows from their minutes. How long several machines take is not
+  // known, so that parts have a width.
+  std::optional<int> DepthWidth() const {
+    constexpr int kWidthOfParts = 640;
+    if (options_.depth_width_px || options_.parts <= 1) return options_.depth_width_px;
+    const bool none = options_.proxy_minutes == 0.0 || options_.depth_seconds_a_photo == 0.0;
+    return none ? std::nullopt : std::optional(kWidthOfParts);
+  }
+  bool DepthMapsInParts() const {
+    if (options_.parts <= 1) return false;
+    return options_.proxy == "dense" || (options_.proxy == "auto" && DepthWidth());
+  }
+
+  // The proxy's depth maps in parts at the same time, each as far as it can go without the others' maps, until all are
+  // there. The program that makes the proxy finds them.
+  void MakeDepthMaps() {
+    constexpr int kMostRounds = 6;  // four are enough where nothing goes wrong
+    const std::string name = "depth-maps";
+    Provenance wanted;
+    wanted.stage = "depth-map-parts";
+    wanted.version = kVersion;
+    std::vector<std::string> arguments = ProxyArguments();
+    for (const std::string& a : arguments) wanted.options["arguments"] += ShellWord(a) + " ";
+    for (const char* part : {"sparse", "images", "masks", "silhouettes"})
+      wanted.inputs[part] = Fingerprint(summary_.scene / part);
+    const auto start = Clock::now();
+    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+    if (IsUpToDate(summary_.scene, wanted)) {
+      Add({name, seconds(), true, {}, seconds()});
+      return;
+    }
+    bool finished = false;
+    for (int round = 0; round < kMostRounds && !finished; ++round) {
+      std::vector<ExecutedStage> parts;
+      for (int i = 0; i < options_.parts; ++i) {
+        std::vector<std::string> one = arguments;
+        one.insert(one.end(), {"--shard", fmt::format("{}/{}", i, options_.parts)});
+        const std::string speaker = fmt::format("{} {}/{}", name, i, options_.parts);
+        parts.push_back({fmt::format("{}-{}", name, i),
+                         {"lumi-proxy", WithCommonOptions(std::move(one)), speaker + " ", speaker + ": "}});
+      }
+      finished = true;
+      for (const SiblingAnswer& part :
+           options_.executor->RunAll(parts, fmt::format("{}, run {}", name, round + 1), progress_))
+        finished &= part.summary.As<sibling::PartSummary>().finished;
+    }
+    if (!finished)
+      progress_.Message(fmt::format("{}: some wait for maps that are not there, and are made with the proxy", name));
+    wanted.seconds = seconds();
+    {
+      const FolderLock lock(summary_.scene);
+      WriteProvenance(summary_.scene, wanted);
+    }
+    Add({name, seconds(), false, {}, seconds()});
   }
 
   void MakeSilhouettes() {
@@ -490,8 +556,9 @@ class Run {
   double AroundColmapSeconds() const {
     double seconds = 0;
     for (const StageResult& s : summary_.stages)
-      if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "proxy", "simplify"}.contains(
-              s.name))
+      if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "depth-maps", "proxy",
+                                "simplify"}
+              .contains(s.name))
         seconds += s.computed_seconds;
     return std::max(0.0, seconds - summary_.colmap_seconds);
   }
@@ -571,6 +638,13 @@ std::string Validate(const PipelineOptions& options) {
   if (options.minutes && !(*options.minutes > 0 && *options.minutes <= 1e5))
     return "--minutes is above 0, and at most 100000";
   if (options.minutes && options.proxy_minutes) return "give one of --minutes and --proxy-minutes";
+  if (options.depth_width_px && (options.minutes || options.proxy_minutes))
+    return "give one of --depth-width, --minutes and --proxy-minutes";
+  if (options.depth_width_px && options.proxy != "auto") return "--depth-width goes with --proxy auto";
+  if (options.parts < 1 || options.parts > 1000) return "--parts is 1 to 1000";
+  if (options.parts > 1 && !options.executor) return "--parts goes with --executor slurm";
+  if (options.parts > 1 && options.proxy != "auto" && options.proxy != "dense")
+    return "--parts divides depth maps: it goes with --proxy auto or dense";
   if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
   const std::vector<std::string>& passed = options.reconstruct_arguments;
   for (const char* other : {"--camera", "--focal-px", "--intrinsics"})

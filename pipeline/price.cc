@@ -51,7 +51,7 @@ void TakePrice(const PipelineSummary& summary, PricedQuality& row) {
       row.placed = cameras.images_registered;
       row.photos = cameras.images_total;
     }
-    if (s.name == "proxy" || s.name == "simplify") row.proxy_minutes += minutes;
+    if (s.name == "depth-maps" || s.name == "proxy" || s.name == "simplify") row.proxy_minutes += minutes;
     if (s.name == "holdout") {
       const auto held_out = s.summary.As<sibling::HoldoutSummary>();
       row.psnr_db = held_out.psnr_mean_db.value_or(kNone);

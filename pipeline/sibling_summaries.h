@@ -109,6 +109,12 @@ struct MadeProxySummary {
 };
 inline void ListKeys(JsonKeys& j, MadeProxySummary& s) { j("name", s.name, "faces", s.faces); }
 
+// lumi-proxy --shard.
+struct PartSummary {
+  bool finished = false;
+};
+inline void ListKeys(JsonKeys& j, PartSummary& s) { j("finished", s.finished); }
+
 // lumi-export web.
 struct WebPageSummary {
   double mb = 0;

@@ -14,6 +14,7 @@
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/filled_in_parts.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
@@ -131,6 +132,7 @@ struct DensePlan {
 };
 // evaluated: share of the photos that the proxies know which are measured; 0: none are made beside those for use.
 DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evaluated) {
+  if (options.depth_width_px) return {*options.depth_width_px, {}};
   double minutes = options.proxy_minutes.value_or(0);
   if (!options.proxy_minutes) {
     const auto cameras = ReadProvenance(scene.folder, "reconstruct");
@@ -207,6 +209,8 @@ ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, cons
       }
     }
     c.made = c.refused.empty();
+  } catch (const PartsDiffer&) {
+    throw;  // with other options they would be taken
   } catch (const Error& e) {
     // A refusal of the data, or a file of that name that is somebody's own, becomes a row of the table. Other errors
     // end the run.
@@ -306,7 +310,7 @@ std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) 
   if (options.candidates.empty()) {
     std::vector<std::string> names;
     for (const Recipe& r : recipes)
-      if (!r.dense || options.proxy_minutes != 0.0) names.push_back(r.name);
+      if (!r.dense || options.depth_width_px || options.proxy_minutes != 0.0) names.push_back(r.name);
     return names;
   }
   const std::vector<std::string> there = ListProxies(scene.folder);
@@ -325,11 +329,50 @@ std::vector<std::string> Wanted(const Scene& scene, const AutoOptions& options) 
 
 }  // namespace
 
-AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
+static void Check(const AutoOptions& options) {
   if (options.holdout < 2) throw UsageError("--holdout must be at least 2");
   if (options.choose_width_px < 16) throw UsageError("--choose-width must be at least 16");
   if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) throw UsageError("--proxy-minutes must be at least 0");
+  if (options.proxy_minutes && options.depth_width_px)
+    throw UsageError("give one of --proxy-minutes and --depth-width");
+  if (options.depth_width_px) {
+    StereoOptions stereo;
+    stereo.width = *options.depth_width_px;
+    if (!Validate(stereo).empty()) throw UsageError("--depth-width must be 64 to 8192");
+  }
   if (options.budget_ms && !(*options.budget_ms > 0)) throw UsageError("--budget-ms must be above 0");
+}
+
+// N of the photos that the proxies which are compared must not know, as long as that leaves enough of them; 0: none.
+static int LeftOutToMeasure(const Scene& scene, const AutoOptions& options, std::size_t candidates) {
+  const auto views = static_cast<std::ptrdiff_t>(scene.views.size());
+  const bool compared = views >= 3 && candidates > 1, whole_folds = views > options.holdout / 2;
+  const auto kept = std::ranges::count(PhotosWithoutFolds(scene, options.holdout, true), true);
+  return compared && whole_folds && 2 * kept >= views ? options.holdout : 0;
+}
+
+DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, ProgressSink& progress) {
+  Check(options);
+  if (!options.depth_width_px)
+    throw UsageError("--shard needs --depth-width: how long other machines take is not known",
+                     "give the same width to all parts, and to the run without --shard");
+  const Scene scene = OpenForProxy(options.scene, progress);
+  RequireKeepsProxies(scene);
+  const std::vector<std::string> names = Wanted(scene, options);
+  const int without = LeftOutToMeasure(scene, options, names.size());
+  const std::vector<Recipe> recipes = Recipes(*options.depth_width_px, without);
+  for (const std::string& name : names) {
+    const Recipe* recipe = Find(recipes, name);
+    if (!recipe || !recipe->dense || MadeBefore(scene, *recipe)) continue;
+    DenseRequest request;
+    request.dense.stereo.width = *options.depth_width_px;
+    return RunDensePart({scene.folder, name, {}, false, without}, request, part, progress);
+  }
+  return {.folder = {}, .part = part, .stereo = {}, .seconds = 0};
+}
+
+AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
+  Check(options);
   const auto start = std::chrono::steady_clock::now();
   Scene scene = OpenForProxy(options.scene, progress);
   RequireKeepsProxies(scene);
@@ -339,7 +382,9 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
       ProxyProvenance(scene, "auto", "auto",
                       {{"choose_width", std::to_string(options.choose_width_px)},
                        {"holdout", std::to_string(options.holdout)},
-                       {"proxy_minutes", options.proxy_minutes ? fmt::format("{}", *options.proxy_minutes) : "cameras"},
+                       {"proxy_minutes", options.depth_width_px  ? fmt::format("{} px", *options.depth_width_px)
+                                         : options.proxy_minutes ? fmt::format("{}", *options.proxy_minutes)
+                                                                 : "cameras"},
                        {"candidates", fmt::format("{}", fmt::join(names, ","))}});
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
   wanted.inputs["silhouettes"] = Fingerprint(scene.folder / "silhouettes");
@@ -362,10 +407,8 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
   // An odd multiple of N keeps clear of 0, N, 2N ..., which quality is reported on.
   for (const int n = holdout; views / holdout > kMostPhotos; holdout += 2 * n) {
   }
-  // What is compared must not know the photos that are left out, as long as that leaves enough of them.
-  const bool compared = views >= 3 && names.size() > 1;
+  const int without = LeftOutToMeasure(scene, options, names.size());
   const auto kept = std::ranges::count(PhotosWithoutFolds(scene, options.holdout, true), true);
-  const int without = compared && holdout != 2 && 2 * kept >= views ? options.holdout : 0;
   const DensePlan dense =
       PlanDense(scene, options, without != 0 ? static_cast<double>(kept) / static_cast<double>(views) : 0);
   const std::vector<Recipe> recipes = Recipes(dense.width_px, without);

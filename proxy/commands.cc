@@ -43,8 +43,7 @@ std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene) {
   return PhotosWithoutFolds(scene, target.leave_out, !target.keep_choosing_fold);
 }
 
-// The scene as a proxy for an evaluation may know it.
-static Scene KnownTo(const ProxyTarget& target, Scene scene) {
+Scene KnownTo(const ProxyTarget& target, Scene scene) {
   if (target.leave_out == 0 && !target.keep_choosing_fold) return scene;
   const std::vector<bool> keep = KnownPhotos(target, scene);
   if (std::ranges::count(keep, true) < 2)

@@ -62,6 +62,11 @@ Made<DenseSummary> RunDense(const ProxyTarget& target, const DenseRequest& reque
 // SCENE/stereo/depth_maps and normal_maps of all photos, or the same in `target.output`.
 DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& request, ProgressSink& progress);
 
+// A part of the photos' maps (StereoMaps), kept where RunDense and RunDenseDepths of the same target and options look
+// for them. Throws UsageError for a target outside of the scene, and where maps of other options were made in parts.
+DepthPartSummary RunDensePart(const ProxyTarget& target, const DenseRequest& request, const Part& part,
+                              ProgressSink& progress);
+
 // Width, views, iterations, agreement and merging, one at a time from what is given, against the error of left-out
 // photos and seconds: `output`/dense.json, .csv and .svg, SCENE/tradeoff where it is empty.
 struct DenseTradeoffRequest {
@@ -187,6 +192,7 @@ struct AutoOptions {
   // follows from it. 0: none are made. Not given: as long as the cameras took, or 15 s a photo up to 20 minutes where
   // that is longer; none where nobody recorded how the cameras were found.
   std::optional<double> proxy_minutes;
+  std::optional<int> depth_width_px;  // of the depth maps, instead of what the minutes allow
   std::vector<std::string>
       candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
 };
@@ -194,6 +200,8 @@ struct AutoOptions {
 // best one the scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a
 // candidate's name and kind that is there already, of these cameras and points, is taken as it is.
 AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress);
+// A part of the depth maps that RunAuto measures dense proxies by, so that it finds them. Needs depth_width_px.
+DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, ProgressSink& progress);
 
 // What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to
 // the points. Writes nothing. `name`: of one; empty: all.

@@ -1,6 +1,7 @@
 // lumi-proxy: the rough geometry that a lumigraph's photographs are blended over.
 #include "proxy/commands.h"
 #include "proxy/delaunay/delaunay_proxy.h"
+#include "scene/program/error.h"
 #include "scene/program/main_program.h"
 
 namespace lumi {
@@ -44,6 +45,7 @@ ProxyTarget Named(const char* name) { return {.scene = {}, .name = name, .output
 
 // What all commands take.
 struct Requests {
+  std::optional<Part> part;  // --shard
   AutoOptions choice;
   ProxyTarget plane_target = Named("plane"), mesh_target = Named("mesh"), planes_target = Named("planes"),
               moving_target = Named("moving"), dense_target = Named("dense"), box_target = Named("box"),
@@ -68,10 +70,18 @@ struct Requests {
   std::string which;
 };
 
+void AddPart(Options& command, std::optional<Part>& part, const std::string& what) {
+  command.Call(
+      "--shard", [&part](const std::string& text) { part = PartFrom(text); }, what);
+}
+
 void AddAuto(Program& program, Requests& r) {
   Options automatic = program.Command(
       "auto", "Builds the proxies that the data allow, keeps as active the one with the smallest held-out error",
-      [&] { return RunAuto(r.choice, program.progress()); });
+      [&]() -> Answer {
+        if (r.part) return RunAutoPart(r.choice, *r.part, program.progress());
+        return RunAuto(r.choice, program.progress());
+      });
   automatic.Add("scene", r.choice.scene, "Scene folder").Required();
   automatic.Add("--choose-width", r.choice.choose_width_px, "Width of the pictures compared, in pixels, >= 16")
       .Default();
@@ -82,6 +92,12 @@ void AddAuto(Program& program, Requests& r) {
   automatic.Add("--proxy-minutes", r.choice.proxy_minutes,
                 "For depth maps of all photos, whose size follows from it, >= 0; 0: none; default: as long as the "
                 "cameras took, or 15 seconds a photo up to 20 minutes where that is longer");
+  automatic.Add("--depth-width", r.choice.depth_width_px,
+                "Longer side of the depth maps in pixels, 64..8192, instead of what --proxy-minutes allows");
+  AddPart(
+      automatic, r.part,
+      "Only part i of n (i from 0) of the depth maps that dense proxies are measured by; needs --depth-width, and a "
+      "run without --shard joins them");
   automatic
       .Add("--candidates", r.choice.candidates,
            "Of plane, planes, box, mesh, dense, dense-strict, moving, hull, hull-500 and the proxies that the scene "
@@ -156,7 +172,9 @@ void AddDense(Program& program, Requests& r) {
   DenseRequest& d = r.dense.dense;
   Options dense =
       program.Command("dense", "A closed mesh through depth maps of all photos (PatchMatch stereo)", [&]() -> Answer {
+        if (r.part && r.dense_tradeoff) throw UsageError("--shard and --tradeoff exclude each other");
         if (r.dense_tradeoff) return RunDenseTradeoff(r.dense_target, r.dense, program.progress());
+        if (r.part) return RunDensePart(r.dense_target, d, *r.part, program.progress());
         if (d.depth_only) return RunDenseDepths(r.dense_target, d, program.progress());
         return MadeFor(r.dense_target, program.progress(),
                        [&](const ProxyTarget& t) { return RunDense(t, d, program.progress()); });
@@ -181,6 +199,9 @@ void AddDense(Program& program, Requests& r) {
   AddLeaveOut(dense, r.dense_target);
   dense.Add("--from-depth", d.from_depth,
             "Folder with depth_maps/ as COLMAP writes them (DENSE/stereo), instead of our own");
+  AddPart(dense, r.part,
+          "Only part i of n (i from 0) of the depth maps, as far as they do not wait for other parts'; after at most "
+          "four runs of all parts, in any order, a run without --shard makes the mesh (docs/cluster.md)");
   dense.Flag("--depth-only", d.depth_only,
              "Only the maps, as COLMAP has them, in SCENE/stereo or the folder --output: no mesh");
   dense.Flag("--tradeoff", r.dense_tradeoff,

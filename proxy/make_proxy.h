@@ -32,6 +32,8 @@ ProxySummary MakeProxy(const ProxyTarget& target, const std::string& kind, std::
 
 // Of a target that leaves photos out: those that stay.
 std::vector<bool> KnownPhotos(const ProxyTarget& target, const Scene& scene);
+// The scene as a proxy for an evaluation may know it. Throws DataError where too few photos stay.
+Scene KnownTo(const ProxyTarget& target, Scene scene);
 
 // A scene to make a proxy of: its cameras and points.
 Scene OpenForProxy(const std::filesystem::path& path, ProgressSink& progress);

@@ -75,6 +75,23 @@ std::string Describe(const DepthsSummary& s) {
   return out;
 }
 
+void ListKeys(JsonKeys& j, DepthPartSummary& s) {
+  std::string part = fmt::format("{}/{}", s.part.index, s.part.count);
+  bool finished = s.stereo.unfinished == 0;
+  j("folder", s.folder, "part", part, "photos", s.stereo.photos, "finished", finished, "unfinished",
+    s.stereo.unfinished, "waits_for", s.stereo.waits_for, "reused", s.stereo.reused, "seconds", s.seconds);
+}
+std::string Describe(const DepthPartSummary& s) {
+  if (s.folder.empty()) return "the scene calls for no depth maps";
+  const std::size_t done = s.stereo.photos - s.stereo.unfinished;
+  std::string out =
+      fmt::format("part {} of {}: depth maps of {} photos, {:.1f} s", s.part.index, s.part.count, done, s.seconds);
+  if (s.stereo.unfinished > 0)
+    out += fmt::format("\n{} photos wait for maps of part {}: run that, then this part again", s.stereo.unfinished,
+                       fmt::join(s.stereo.waits_for, ", "));
+  return out;
+}
+
 void ListKeys(JsonKeys& j, BoxSummary& s) {
   Eigen::Vector3d size = s.high - s.low;
   j("points_used", s.points_on_walls, "points_total", s.points, "size", size);

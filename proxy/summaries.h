@@ -79,6 +79,14 @@ struct DepthsSummary {
   double seconds = 0;
 };
 
+// Of a part of the photos' depth maps.
+struct DepthPartSummary {
+  std::filesystem::path folder;  // where they wait for the run that joins them; empty: the scene calls for none
+  Part part;
+  StereoSummary stereo;
+  double seconds = 0;
+};
+
 struct HullFigures {
   HullSummary hull;
   std::size_t views_used = 0, parts = 0;
@@ -169,6 +177,7 @@ void ListKeys(JsonKeys& j, PlaneSummary& s);
 void ListKeys(JsonKeys& j, DelaunaySummary& s);
 void ListKeys(JsonKeys& j, DenseSummary& s);
 void ListKeys(JsonKeys& j, DepthsSummary& s);
+void ListKeys(JsonKeys& j, DepthPartSummary& s);
 void ListKeys(JsonKeys& j, BoxSummary& s);
 void ListKeys(JsonKeys& j, PlanesFigures& s);
 void ListKeys(JsonKeys& j, MovingFigures& s);
@@ -202,6 +211,7 @@ std::string Describe(const Made<Figures>& s) {
 }
 std::string Describe(const Made<SimplifyFigures>& s);
 std::string Describe(const DepthsSummary& s);
+std::string Describe(const DepthPartSummary& s);
 std::string Describe(const SilhouettesSummary& s);
 std::string Describe(const AutoSummary& s);
 std::string Describe(const InfoSummary& s);

@@ -108,7 +108,7 @@ void AddRendering(Options app, Line& line) {
       "--frames", [&o](const std::string& text) { o.frames = FrameRangeFrom(text); },
       "A-B: only these frames of the path, from 0");
   app.Call(
-      "--shard", [&o](const std::string& text) { o.shard = ShardFrom(text); },
+      "--shard", [&o](const std::string& text) { o.shard = PartFrom(text); },
       "i/n: only part i of n of the path's frames. Parts may be made at the same time, on several machines, into one "
       "folder; a run without --shard joins them");
   app.Flag("--video", o.video, "Also write the path as path.mp4 (H.264)");

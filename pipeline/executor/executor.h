@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "scene/program/progress.h"
 #include "scene/program/sibling.h"
@@ -24,6 +25,10 @@ class Executor {
   virtual ~Executor() = default;
   // As RunSibling. Thread-safe.
   virtual SiblingAnswer Run(const ExecutedStage& stage, ProgressSink& progress) = 0;
+  // Stages of one program that do not depend on each other, at the same time; answers in their order. `task`: what is
+  // shown of how many are done. After all have ended, throws what the first one that failed did.
+  virtual std::vector<SiblingAnswer> RunAll(const std::vector<ExecutedStage>& stages, const std::string& task,
+                                            ProgressSink& progress) = 0;
 };
 
 }  // namespace lumi

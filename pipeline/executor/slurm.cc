@@ -4,16 +4,20 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <chrono>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <thread>
 #include <utility>
 
+#include "pipeline/named_remarks.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/program/error.h"
@@ -29,6 +33,8 @@ namespace {
 constexpr int kMostSubmissions = 4;         // of one stage whose nodes are lost
 constexpr double kShare = 0.15;             // of late_seconds, for jobs that were ended
 constexpr double kFirstPauseSeconds = 0.1;  // short jobs are seen soon
+constexpr const char* kArray = "array-";    // of an array's folder and name
+constexpr std::size_t kMostFollowed = 64;   // tasks of an array at once; others wait until one has ended
 constexpr double kControllerSeconds = 600;  // without an answer until the job is given up for lost
 
 struct Printed {
@@ -92,7 +98,7 @@ struct JobFiles {
   explicit JobFiles(fs::path at) : folder(std::move(at)) {}
   fs::path folder, script = folder / "job.sh", id = folder / "id", answer = folder / "answer.json",
                    lines = folder / "lines.txt", node = folder / "node", seconds = folder / "seconds",
-                   ended = folder / "ended";
+                   ended = folder / "ended", array = folder / "array";  // "NAME INDEX" of a job array's task
 };
 
 // `ended` is renamed into its place when all else is written; a job that was requeued begins with clean files.
@@ -124,25 +130,77 @@ class SlurmExecutor final : public Executor {
 
   SiblingAnswer Run(const ExecutedStage& stage, ProgressSink& progress) override {
     CheckInterrupted();
-    const std::vector<std::string> command = SiblingCommand(stage.sibling);
-    std::string key;
-    for (const std::string& part : command) key += part + '\0';
-    const JobFiles files(options_.folder / (stage.name + "-" + HashOf(key + stage.wanted)));
-    RequireNoOther(stage, files);
-    Forget(stage, files);
-    std::string id = JobOf(files);
-    const bool earlier = !id.empty() && !TextOf(files.ended);
-    if (earlier)
-      progress.Message(fmt::format("{}: job {} was submitted by an earlier run, and is followed", stage.name, id));
-    const SiblingAnswer answer = ToItsEnd(stage, command, files, id, earlier, progress);
-    if (!earlier || !stage.wanted.empty()) return answer;
-    // The job's inputs may have changed since it began: the program is run again and finds out.
-    id.clear();
-    const SiblingAnswer again = ToItsEnd(stage, command, files, id, false, progress);
-    return HadNothingToDo(again.summary) ? answer : again;
+    Job job = JobFor(stage, progress);
+    return ToItsEnd(stage, job, progress);
+  }
+
+  std::vector<SiblingAnswer> RunAll(const std::vector<ExecutedStage>& stages, const std::string& task,
+                                    ProgressSink& progress) override {
+    CheckInterrupted();
+    std::vector<Job> jobs;
+    std::vector<std::size_t> fresh;
+    for (const ExecutedStage& stage : stages) {
+      jobs.push_back(JobFor(stage, progress));
+      if (jobs.back().id.empty()) fresh.push_back(jobs.size() - 1);
+    }
+    if (fresh.size() > 1) SubmitArray(stages, fresh, jobs, progress);
+    std::vector<SiblingAnswer> answers(stages.size());
+    std::vector<std::exception_ptr> failures(stages.size());
+    {
+      Progress steps(progress, task, static_cast<long>(stages.size()));
+      std::mutex mutex;
+      std::atomic<std::size_t> next = 0;
+      std::vector<std::jthread> followers;
+      for (std::size_t t = 0; t < std::min(kMostFollowed, stages.size()); ++t)
+        followers.emplace_back([&] {
+          for (std::size_t i; (i = next++) < stages.size(); steps.Step()) {
+            NamedRemarks remarks(progress, mutex, {});
+            try {
+              answers[i] = ToItsEnd(stages[i], jobs[i], remarks);
+            } catch (...) {
+              failures[i] = std::current_exception();
+            }
+          }
+        });
+    }
+    RemoveArrays();
+    for (const std::exception_ptr& failure : failures)
+      if (failure) std::rethrow_exception(failure);
+    return answers;
   }
 
  private:
+  // A stage's job: as an earlier run left it, or to be submitted (no id).
+  struct Job {
+    std::vector<std::string> command;
+    JobFiles files;
+    std::string id = {};
+    bool earlier = false;  // it is not done, and another run submitted it
+  };
+  Job JobFor(const ExecutedStage& stage, ProgressSink& progress) {
+    Job job{SiblingCommand(stage.sibling), JobFiles({})};
+    std::string key;
+    for (const std::string& part : job.command) key += part + '\0';
+    job.files = JobFiles(options_.folder / (stage.name + "-" + HashOf(key + stage.wanted)));
+    RequireNoOther(stage, job.files);
+    Forget(stage, job.files);
+    job.id = JobOf(job.files);
+    job.earlier = !job.id.empty() && !TextOf(job.files.ended);
+    if (job.earlier)
+      progress.Message(fmt::format("{}: job {} was submitted by an earlier run, and is followed", stage.name, job.id));
+    return job;
+  }
+
+  SiblingAnswer ToItsEnd(const ExecutedStage& stage, Job& job, ProgressSink& progress) {
+    const bool earlier = job.earlier;
+    const SiblingAnswer answer = ToItsEnd(stage, job.command, job.files, job.id, earlier, progress);
+    if (!earlier || !stage.wanted.empty()) return answer;
+    // The job's inputs may have changed since it began: the program is run again and finds out.
+    job.id.clear();
+    const SiblingAnswer again = ToItsEnd(stage, job.command, job.files, job.id, false, progress);
+    return HadNothingToDo(again.summary) ? answer : again;
+  }
+
   SiblingAnswer ToItsEnd(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files,
                          std::string& id, bool earlier, ProgressSink& progress) {
     for (int submission = 1;; ++submission) {
@@ -215,6 +273,14 @@ class SlurmExecutor final : public Executor {
   static std::string JobOf(const JobFiles& files) {
     if (const auto id = TextOf(files.id)) return FirstLine(*id);
     if (!TextOf(files.script)) return {};
+    if (const auto array = TextOf(files.array)) {
+      const std::size_t space = array->rfind(' ');
+      const std::string index = "_" + FirstLine(array->substr(space + 1));
+      std::istringstream tasks(Command({"squeue", "-h", "-r", "--name=" + array->substr(0, space), "-o", "%F_%K"}).out);
+      for (std::string id; tasks >> id;)
+        if (id.ends_with(index)) return id;
+      return {};
+    }
     return JobIdFrom(Command({"squeue", "-h", "--name=" + NameOf(files), "-o", "%A"}).out);
   }
 
@@ -225,27 +291,80 @@ class SlurmExecutor final : public Executor {
       fs::remove_all(files.folder, error);
       WriteTextAtomically(files.script, ScriptOf(command, files));
     }
-    // Not by its whole path: a % there would be a pattern of Slurm's.
+    const std::string id = Sbatch(stage, NameOf(files), files.script, {"--output=slurm.txt"});
+    WriteTextAtomically(files.id, id + "\n");
+    return id;
+  }
+
+  // The id of a job that sbatch was given. The script is removed where it was refused.
+  std::string Sbatch(const ExecutedStage& stage, const std::string& name, const fs::path& script,
+                     const std::vector<std::string>& more) {
+    // Output not by its whole path: a % there would be a pattern of Slurm's.
     std::vector<std::string> argv{"sbatch",
                                   "--parsable",
                                   "--requeue",
                                   "--open-mode=append",
-                                  "--job-name=" + NameOf(files),
-                                  "--chdir=" + files.folder.string(),
-                                  "--output=slurm.txt"};
+                                  "--job-name=" + name,
+                                  "--chdir=" + script.parent_path().string()};
+    argv.insert(argv.end(), more.begin(), more.end());
     if (!options_.partition.empty()) argv.push_back("--partition=" + options_.partition);
     argv.push_back(options_.cpus > 0 ? fmt::format("--cpus-per-task={}", options_.cpus) : "--exclusive");
     argv.insert(argv.end(), options_.options.begin(), options_.options.end());
-    argv.push_back(files.script.string());
+    argv.push_back(script.string());
     const Printed p = Command(argv);
     const std::string id = JobIdFrom(p.out);
     if (p.code != 0 || id.empty()) {
-      fs::remove(files.script, error);
+      std::error_code error;
+      fs::remove(script, error);
       throw MachineError(fmt::format("{}: sbatch refused the job: {}", stage.name, p.said.empty() ? p.out : p.said),
                          "sinfo shows partitions and nodes; --partition and --sbatch-option choose");
     }
-    WriteTextAtomically(files.id, id + "\n");
     return id;
+  }
+
+  // One job array for the stages numbered `fresh`. A task that is lost later is submitted again as a job of its own.
+  void SubmitArray(const std::vector<ExecutedStage>& stages, const std::vector<std::size_t>& fresh,
+                   std::vector<Job>& jobs, ProgressSink& progress) {
+    std::string tasks;
+    for (std::size_t k = 0; k < fresh.size(); ++k)
+      tasks += fmt::format("{}) exec sh {} ;;\n", k, ShellWord(jobs[fresh[k]].files.script.string()));
+    const std::string name = kArray + HashOf(tasks);
+    const fs::path folder = options_.folder / name, script = folder / "tasks.sh";
+    std::error_code error;
+    fs::remove_all(folder, error);
+    for (std::size_t k = 0; k < fresh.size(); ++k) {
+      const Job& job = jobs[fresh[k]];
+      fs::remove_all(job.files.folder, error);
+      WriteTextAtomically(job.files.array, fmt::format("lumi-{} {}\n", name, k));
+      WriteTextAtomically(job.files.script, ScriptOf(job.command, job.files));
+    }
+    WriteTextAtomically(script, "#!/bin/sh\ncase $SLURM_ARRAY_TASK_ID in\n" + tasks + "esac\n");
+    std::string id;
+    try {
+      id = Sbatch(stages[fresh.front()], "lumi-" + name, script,
+                  {fmt::format("--array=0-{}", fresh.size() - 1), "--output=slurm-%a.txt"});
+    } catch (const MachineError&) {
+      for (const std::size_t i : fresh) fs::remove_all(jobs[i].files.folder, error);
+      fs::remove_all(folder, error);
+      throw;
+    }
+    for (std::size_t k = 0; k < fresh.size(); ++k) {
+      Job& job = jobs[fresh[k]];
+      job.id = fmt::format("{}_{}", id, k);
+      // Where the task has begun it has written its id itself.
+      if (!TextOf(job.files.id)) WriteTextAtomically(job.files.id, job.id + "\n");
+    }
+    progress.Message(fmt::format("{}: job array {}, {} tasks", stages[fresh.front()].name, id, fresh.size()));
+  }
+
+  // Also those of earlier runs: their tasks have ended.
+  void RemoveArrays() {
+    std::vector<fs::path> arrays;
+    std::error_code error;
+    for (fs::directory_iterator it(options_.folder, error), end; !error && it != end; it.increment(error))
+      if (it->path().filename().string().starts_with(kArray)) arrays.push_back(it->path());
+    for (const fs::path& array : arrays) fs::remove_all(array, error);
+    fs::remove(options_.folder, error);  // where they were the last ones
   }
 
   // The job's answer; nullopt: the job was lost with its node. Throws what the program failed with. earlier: the job

@@ -5,7 +5,7 @@
 //
 // A stage's files, in FOLDER/NAME-HASH (of program and arguments): job.sh, id, answer.json, lines.txt (what the program
 // says), node, ended (its exit code, written last). The folder goes when the answer has been read, and stays where the
-// stage failed.
+// stage failed. Stages at the same time are one job array, whose tasks have such folders.
 #pragma once
 
 #include <filesystem>

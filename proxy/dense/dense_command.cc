@@ -10,6 +10,7 @@
 #include "proxy/simplify/simplify.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/registers.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
 
@@ -161,6 +162,41 @@ static Provenance DepthsWanted(const Scene& scene, const DenseRequest& r) {
   wanted.inputs = SeenBy(scene);
   wanted.inputs["sparse"] = Fingerprint(scene.folder / "sparse");
   return wanted;
+}
+
+static std::string StageOfPart(const ProxyTarget& target, const Part& part) {
+  const std::string without = target.leave_out == 0 ? "" : fmt::format("-without-{}", target.leave_out);
+  return fmt::format("depth-maps{}-part-{}-of-{}", without, part.index, part.count);
+}
+
+DepthPartSummary RunDensePart(const ProxyTarget& target, const DenseRequest& given, const Part& part,
+                              ProgressSink& progress) {
+  const DenseRequest request = Seeded(given);
+  const Stopwatch watch;
+  CheckDense(request);
+  if (!target.output.empty() || !request.from_depth.empty() || target.leave_out == kLeaveOutEach)
+    throw UsageError(fmt::format("--shard makes depth maps in the scene: it does not go with {}",
+                                 !target.output.empty()        ? "--output"
+                                 : !request.from_depth.empty() ? "--from-depth"
+                                                               : "--leave-out each"));
+  const Scene opened = OpenForProxy(target.scene, progress);
+  RequireKeepsProxies(opened);
+  const FolderLock lock(opened.folder, FolderLock::kWithOthers);
+  const Scene scene = KnownTo(target, opened);
+  DepthPartSummary summary{opened.folder / "stereo" / MapsFolderName(target), part, {}, 0};
+  {
+    const StereoMaps maps(scene, request.dense.stereo, summary.folder, part, progress);
+    summary.stereo = maps.summary();
+  }
+  summary.seconds = watch.Seconds();
+  Provenance made = DepthsWanted(opened, request);
+  made.stage = StageOfPart(target, part);
+  made.options["part"] = fmt::format("{}/{}", part.index, part.count);
+  made.options["registers_bits"] = std::to_string(8 * WidestRegister());
+  made.options["finished"] = summary.stereo.unfinished == 0 ? "yes" : "no";
+  made.seconds = summary.seconds;
+  WriteProvenance(opened.folder, made);
+  return summary;
 }
 
 DepthsSummary RunDenseDepths(const ProxyTarget& target, const DenseRequest& given, ProgressSink& progress) {

@@ -11,24 +11,51 @@
 namespace lumi {
 namespace fs = std::filesystem;
 
-DepthStore::DepthStore(fs::path folder, const std::string& key, std::size_t bytes)
-    : folder_(std::move(folder)), bytes_(bytes) {
-  const fs::path made_from = folder_ / kMadeFrom;
-  std::error_code error;
-  if (fs::exists(made_from, error) && ReadText(made_from) == key) {
-    if (RestartedSince(folder_)) RemoveDamaged();
+namespace {
+
+bool IsMap(const fs::path& file) { return file.extension() == ".planes"; }
+
+// How two keys differ first.
+std::string DifferenceOfKeys(const std::string& there, const std::string& here) {
+  const auto [one, other] = FirstDifference(there, here, "\n");
+  const auto begins = [&](std::string_view word) { return one.starts_with(word) && other.starts_with(word); };
+  // What follows is a hash, or a camera's numbers.
+  for (const char* word : {"photos", "masks", "silhouettes"})
+    if (begins(word)) return fmt::format("other {}", word);
+  if (begins("camera ")) return "other cameras";
+  return ThereAndHere(one, other);
+}
+
+}  // namespace
+
+DepthStore::DepthStore(fs::path folder, const std::string& key, std::size_t bytes, std::optional<Part> part)
+    : folder_(std::move(folder)),
+      files_(folder_, kMadeFrom, "depth maps", IsMap, DifferenceOfKeys,
+             "give all parts, and the run that joins them, the same scene, options and kind of machine, or remove the "
+             "folder"),
+      bytes_(bytes) {
+  if (part) {
+    files_.Join(key);
+    // Each part may have run on a machine of its own.
+    const fs::path own = folder_ / fmt::format("part-{}-of-{}", part->index, part->count);
+    if (RestartedSince(own) || RestartedSince(folder_)) RemoveDamaged();
+    NoteRunOfMachine(own);
+  } else if (files_.Keeps(key)) {
+    // Nobody here knows which machines made the parts, and which of these lost power.
+    if (RestartedSince(folder_) || files_.MadeInParts()) RemoveDamaged();
     NoteRunOfMachine(folder_);
-    return;
+  } else {
+    std::error_code error;
+    fs::remove_all(folder_, error);
+    NoteRunOfMachine(folder_);
+    files_.Stamp(key);
   }
-  fs::remove_all(folder_, error);
-  NoteRunOfMachine(folder_);
-  WriteTextAtomically(made_from, key);
 }
 
 void DepthStore::RemoveDamaged() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder_))
-    if (entry.path().extension() == ".planes") files.push_back(entry.path());
+    if (IsMap(entry.path())) files.push_back(entry.path());
   for (const fs::path& file : files) {
     try {
       ReadPlanes(file);
@@ -42,29 +69,38 @@ std::string DepthStore::FileName(const std::string& photo, int round) {
   return fmt::format("{}.{}.planes", photo, round);
 }
 
-bool DepthStore::Done(const std::string& photo, int round, int rounds) const {
+bool DepthStore::Has(const std::string& photo, int round) const {
   std::error_code error;
-  for (; round < rounds; ++round)
-    if (fs::exists(FileOf(photo, round), error)) return true;
-  return false;
+  return fs::exists(FileOf(photo, round), error);
 }
 
-void DepthStore::ForgetUnlessWhole(const std::vector<std::string>& photos, int rounds) {
-  std::error_code error;
-  const auto last = [&](const std::string& photo) {
-    int round = rounds - 1;
-    while (round >= 0 && !fs::exists(FileOf(photo, round), error)) --round;
-    return round;
-  };
-  int least = rounds;
-  for (const std::string& photo : photos) least = std::min(least, last(photo));
-  const bool whole = std::ranges::all_of(photos, [&](const std::string& photo) {
-    const int round = last(photo);
-    return round == least || (round == least + 1 && (least < 0 || fs::exists(FileOf(photo, least), error)));
-  });
-  if (whole) return;
+int DepthStore::LastRound(const std::string& photo, int rounds) const {
+  int round = rounds - 1;
+  while (round >= 0 && !Has(photo, round)) --round;
+  return round;
+}
+
+bool DepthStore::IsWhole(const std::vector<std::string>& photos, int rounds) const {
+  std::vector<int> last;
+  for (const std::string& photo : photos) last.push_back(LastRound(photo, rounds));
+  if (photos.empty()) return true;
+  const int least = std::max(0, *std::ranges::min_element(last));
+  for (std::size_t i = 0; i < photos.size(); ++i)
+    for (int round = least; round < last[i]; ++round)
+      if (!Has(photos[i], round)) return false;
+  return true;
+}
+
+void DepthStore::RemoveAll(const std::vector<std::string>& photos, int rounds) {
   for (const std::string& photo : photos)
     for (int round = 0; round < rounds; ++round) Remove(photo, round);
+}
+
+void DepthStore::Flush(const std::vector<std::string>& photos, int rounds) const {
+  std::vector<fs::path> files;
+  for (const std::string& photo : photos)
+    if (const int last = LastRound(photo, rounds); last >= 0) files.push_back(FileOf(photo, last));
+  FlushToDisk(folder_, files);
 }
 
 std::shared_ptr<const DepthMap> DepthStore::Load(const std::string& photo, int round) {

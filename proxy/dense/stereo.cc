@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <limits>
+#include <set>
 
 #include "proxy/dense/depth_files.h"
 #include "proxy/dense/depth_start.h"
@@ -15,6 +16,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
+#include "scene/program/registers.h"
 #include "scene/program/stopwatch.h"
 
 namespace lumi {
@@ -95,27 +97,76 @@ double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {
 StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
                        ProgressSink& progress, const std::filesystem::path& given, int last_round)
     : scene_(scene), options_(options) {
-  if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
+  Open(folder, given, progress);
+  const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
+  Progress steps(progress, "depth maps", WorkOf(rounds));
+  for (int r = 0; r < last_round; ++r) {
+    Match(rounds[static_cast<std::size_t>(r)], r, steps);
+    RemoveBetween(r - 1);
+  }
+  if (last_round == kRounds) store_->ForgetParts();
+  summary_.seconds = watch.Seconds();
+}
+
+StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
+                       const Part& part, ProgressSink& progress)
+    : scene_(scene), options_(options), part_(part) {
+  const Stopwatch watch;
+  Open(folder, {}, progress);
+  const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
+  Progress steps(progress, "depth maps", WorkOf(rounds));
+  // Other parts may go on meanwhile, so that what waited for them is ready in the next pass.
+  for (std::size_t made = 1; made > 0;) {
+    made = 0;
+    for (int r = 0; r < kRounds; ++r) made += Match(rounds[static_cast<std::size_t>(r)], r, steps);
+  }
+  std::set<int> others;
+  std::vector<std::string> names;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (!mine_[v]) continue;
+    names.push_back(scene.views[v].name);
+    if (next_[v] == kRounds) continue;
+    ++summary_.unfinished;
+    for (const SourceView& s : sources_[v])
+      if (const auto other = static_cast<std::size_t>(s.view.value);
+          !mine_[other] && !store_->Has(scene.views[other].name, next_[v] - 1))
+        others.insert(PartWith(other, scene.views.size(), part.count));
+  }
+  summary_.waits_for.assign(others.begin(), others.end());
+  store_->Flush(names, kRounds);
+  summary_.seconds = watch.Seconds();
+}
+
+// Everything up to the first round.
+void StereoMaps::Open(const std::filesystem::path& folder, const std::filesystem::path& given, ProgressSink& progress) {
+  if (const std::string wrong = Validate(options_); !wrong.empty()) throw UsageError(wrong);
   PickPhotos();
   FindGiven(given);
-  store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options.memory_mb) << 20);
+  const std::size_t photos = scene_.views.size();
+  const Part::Range range = part_ ? part_->RangeOf(photos) : Part::Range{0, photos};
+  mine_.assign(photos, false);
+  for (std::size_t v = range.begin; v < range.end; ++v) mine_[v] = takes_part_[v] && !given_[v];
+  store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options_.memory_mb) << 20, part_);
   std::vector<std::string> names;
-  for (std::size_t v = 0; v < scene.views.size(); ++v)
-    if (takes_part_[v] && !given_[v]) names.push_back(scene.views[v].name);
-  store_->ForgetUnlessWhole(names, kRounds);
+  for (std::size_t v = 0; v < photos; ++v)
+    if (takes_part_[v] && !given_[v]) names.push_back(scene_.views[v].name);
+  if (!store_->IsWhole(names, kRounds)) {
+    if (part_)
+      throw UsageError(fmt::format("{} lacks maps that others were made from", folder.string()), "remove the folder");
+    store_->RemoveAll(names, kRounds);
+  }
   TakeGiven(given);
-
   ReadPhotos(progress);
-  const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
-  long work = 0;
-  for (const StereoRound& round : rounds)
-    for (std::size_t v = 0; v < scene.views.size(); ++v) work += WorkOf(v, round);
-  Progress steps(progress, "depth maps", work);
-  for (int r = 0; r < last_round; ++r) Match(rounds[static_cast<std::size_t>(r)], r, steps);
-  for (std::size_t v = 0; v < scene.views.size(); ++v)
-    if (takes_part_[v]) summary_.pixels += pictures_[v].grey.data.size();
-  summary_.seconds = SecondsSince(start);
+  next_.assign(photos, kRounds);
+  for (std::size_t v = 0; v < photos; ++v) {
+    if (mine_[v]) {
+      next_[v] = store_->LastRound(scene_.views[v].name, kRounds) + 1;
+      summary_.reused += static_cast<std::size_t>(next_[v]);
+    }
+    if (mine_[v] || given_[v]) summary_.pixels += pictures_[v].grey.data.size();
+  }
+  if (part_) summary_.photos = static_cast<std::size_t>(std::ranges::count(mine_, true));
 }
 
 // Photos that have sources and points of their own, and for each the sources among them.
@@ -147,6 +198,8 @@ void StereoMaps::PickPhotos() {
 std::string StereoMaps::Key() const {
   std::string key;
   for (const auto& [name, value] : OptionValues(options_)) key += name + " " + value + "\n";
+  // The last digits depend on the registers' width.
+  key += fmt::format("registers of {} bits\n", 8 * WidestRegister());
   key += "photos " + Fingerprint(scene_.image_folder) + "\nmasks " + Fingerprint(scene_.folder / "masks") + "\n";
   std::error_code error;
   if (const auto silhouettes = scene_.folder / "silhouettes"; std::filesystem::exists(silhouettes, error))
@@ -154,7 +207,7 @@ std::string StereoMaps::Key() const {
   for (const View& view : scene_.views) {
     const Camera& camera = scene_.CameraOf(view);
     const Rigid3& pose = view.cam_from_world;
-    key += fmt::format("{} {} {} {} {} {} {}\n", view.name, camera.FocalPx().x(), camera.FocalPx().y(),
+    key += fmt::format("camera {} {} {} {} {} {} {}\n", view.name, camera.FocalPx().x(), camera.FocalPx().y(),
                        camera.PrincipalPointPx().x(), camera.PrincipalPointPx().y(),
                        fmt::join(pose.rotation.coeffs().data(), pose.rotation.coeffs().data() + 4, " "),
                        fmt::join(pose.translation.data(), pose.translation.data() + 3, " "));
@@ -180,23 +233,37 @@ void StereoMaps::FindGiven(const std::filesystem::path& folder) {
 
 void StereoMaps::TakeGiven(const std::filesystem::path& folder) {
   for (std::size_t v = 0; v < scene_.views.size(); ++v)
-    if (const std::string& name = scene_.views[v].name; given_[v] && !store_->Done(name, kRounds - 1, kRounds))
+    if (const std::string& name = scene_.views[v].name; given_[v] && !store_->Has(name, kRounds - 1))
       store_->Store(name, kRounds - 1, ReadPlanes(folder / DepthStore::FileName(name, kRounds - 1)));
 }
 
 // Thousand times the pixel updates of a photo in a round; a start is scored once.
 long StereoMaps::WorkOf(std::size_t view, const StereoRound& round) const {
-  if (!takes_part_[view] || given_[view]) return 0;
   const StereoCamera& camera = pictures_[view].camera;
   const long pixels = static_cast<long>(camera.width) * camera.height >> (2 * round.halvings);
   return 1 + pixels / 1000 * round.iterations;
 }
 
+// Of all that is still to be done here.
+long StereoMaps::WorkOf(const std::array<StereoRound, kRounds>& rounds) const {
+  long work = 0;
+  for (std::size_t v = 0; v < next_.size(); ++v)
+    for (int r = next_[v]; r < kRounds; ++r) work += WorkOf(v, rounds[static_cast<std::size_t>(r)]);
+  return work;
+}
+
 void StereoMaps::ReadPhotos(ProgressSink& progress) {
   pictures_.resize(scene_.views.size());
-  Progress steps(progress, "reading photos", static_cast<long>(summary_.photos));
+  std::vector<bool> needed = takes_part_;
+  if (part_) {
+    needed = mine_;
+    for (std::size_t v = 0; v < needed.size(); ++v)
+      if (mine_[v])
+        for (const SourceView& s : sources_[v]) needed[static_cast<std::size_t>(s.view.value)] = true;
+  }
+  Progress steps(progress, "reading photos", std::ranges::count(needed, true));
   ParallelEach(scene_.views.size(), 1, [&](std::size_t v) {
-    if (!takes_part_[v]) return;
+    if (!needed[v]) return;
     const View& view = scene_.views[v];
     const Image8 photo = ReadImage8(scene_.ImagePath(view), 3);
     const Eigen::Vector2i size = StereoSize({photo.width, photo.height}, options_.width);
@@ -242,47 +309,59 @@ DepthMap StereoMaps::StartOf(std::size_t view, const StereoPicture& picture, int
   return *MapBefore(view, number, picture.camera.width, picture.camera.height);
 }
 
-void StereoMaps::Match(const StereoRound& round, int number, Progress& progress) {
+bool StereoMaps::IsReady(std::size_t view, const StereoRound& round, int number) const {
+  if (!part_ || !round.geometric) return true;
+  return std::ranges::all_of(sources_[view], [&](const SourceView& s) {
+    return store_->Has(scene_.views[static_cast<std::size_t>(s.view.value)].name, number - 1);
+  });
+}
+
+std::size_t StereoMaps::Match(const StereoRound& round, int number, Progress& progress) {
+  std::size_t made = 0;
   for (std::size_t v = 0; v < scene_.views.size(); ++v) {
-    if (!takes_part_[v] || given_[v]) continue;
-    const std::string& name = scene_.views[v].name;
-    if (store_->Done(name, number, kRounds)) {
-      ++summary_.reused;
-      progress.Step(WorkOf(v, round));
-      continue;
-    }
-    const StereoPicture reference = PictureOf(v, round.halvings);
-    std::vector<StereoPicture> pictures;
-    std::vector<std::shared_ptr<const DepthMap>> maps;
-    std::vector<MatchSource> sources;
-    pictures.reserve(sources_[v].size());
-    for (const SourceView& s : sources_[v]) {
-      const auto other = static_cast<std::size_t>(s.view.value);
-      pictures.push_back(PictureOf(other, round.halvings));
-      MatchSource source{&pictures.back(), nullptr};
-      if (round.geometric) {
-        maps.push_back(MapBefore(other, number, pictures.back().grey.width, pictures.back().grey.height));
-        source.map = maps.back().get();
-      }
-      sources.push_back(source);
-    }
-    const DepthRange range = *RangeOf(scene_, ViewId{static_cast<std::int32_t>(v)});
-    PatchMatchOptions options;
-    options.iterations = round.iterations;
-    options.seed = options_.seed + 4096 * static_cast<std::uint32_t>(v) + 1024 * static_cast<std::uint32_t>(number);
-    options.nearest_w = range.nearest_w;
-    options.farthest_w = range.farthest_w;
-    // Later rounds start from what is nearly right.
-    options.perturbation /= static_cast<float>(1 << number);
-    DepthMap map = StartOf(v, reference, number);
-    MatchPatches(reference, sources, options, map);
-    store_->Store(name, number, std::move(map));
+    if (next_[v] != number || !IsReady(v, round, number)) continue;
+    MatchPhoto(v, round, number);
+    ++next_[v];
+    ++made;
     progress.Step(WorkOf(v, round));
   }
-  // Nobody reads the round before the last any more.
-  if (number > 0)
-    for (std::size_t v = 0; v < scene_.views.size(); ++v)
-      if (takes_part_[v]) store_->Remove(scene_.views[v].name, number - 1);
+  return made;
+}
+
+void StereoMaps::MatchPhoto(std::size_t v, const StereoRound& round, int number) {
+  const StereoPicture reference = PictureOf(v, round.halvings);
+  std::vector<StereoPicture> pictures;
+  std::vector<std::shared_ptr<const DepthMap>> maps;
+  std::vector<MatchSource> sources;
+  pictures.reserve(sources_[v].size());
+  for (const SourceView& s : sources_[v]) {
+    const auto other = static_cast<std::size_t>(s.view.value);
+    pictures.push_back(PictureOf(other, round.halvings));
+    MatchSource source{&pictures.back(), nullptr};
+    if (round.geometric) {
+      maps.push_back(MapBefore(other, number, pictures.back().grey.width, pictures.back().grey.height));
+      source.map = maps.back().get();
+    }
+    sources.push_back(source);
+  }
+  const DepthRange range = *RangeOf(scene_, ViewId{static_cast<std::int32_t>(v)});
+  PatchMatchOptions options;
+  options.iterations = round.iterations;
+  options.seed = options_.seed + 4096 * static_cast<std::uint32_t>(v) + 1024 * static_cast<std::uint32_t>(number);
+  options.nearest_w = range.nearest_w;
+  options.farthest_w = range.farthest_w;
+  // Later rounds start from what is nearly right.
+  options.perturbation /= static_cast<float>(1 << number);
+  DepthMap map = StartOf(v, reference, number);
+  MatchPatches(reference, sources, options, map);
+  store_->Store(scene_.views[v].name, number, std::move(map));
+}
+
+// Nobody reads the round before the last any more.
+void StereoMaps::RemoveBetween(int number) {
+  if (number < 0) return;
+  for (std::size_t v = 0; v < scene_.views.size(); ++v)
+    if (takes_part_[v]) store_->Remove(scene_.views[v].name, number);
 }
 
 std::shared_ptr<const DepthMap> StereoMaps::Load(std::size_t view) {

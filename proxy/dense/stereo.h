@@ -1,12 +1,15 @@
 // Depth maps of all photos of a scene, by PatchMatch stereo in four rounds: at half the size photos alone, then with
-// the maps of their sources; at the full size from there, twice. A round reads the maps of the round before, so photos
-// may be done in any order and a run that was killed goes on with the photo it was at.
+// the maps of their sources; at the full size from there, twice. A round reads the maps of the round before, of the
+// photo and its sources alone, so photos may be done in any order, by several processes, and a run that was killed goes
+// on with the photo it was at.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include "proxy/dense/patch_match.h"
 #include "proxy/dense/source_views.h"
 #include "scene/model/scene.h"
+#include "scene/program/part.h"
 #include "scene/program/progress.h"
 
 namespace lumi {
@@ -39,6 +43,8 @@ struct StereoSummary {
   std::size_t pixels = 0;            // of all maps
   std::size_t reused = 0;            // maps of any round that an earlier run had finished
   std::size_t given = 0;             // photos whose maps are another run's
+  std::size_t unfinished = 0;        // of a part: photos whose maps wait for other parts' ...
+  std::vector<int> waits_for;        // ... which are these, ascending
   double seconds = 0;
 };
 
@@ -56,6 +62,12 @@ class StereoMaps {
   static constexpr int kRounds = 4;
   StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
              ProgressSink& progress, const std::filesystem::path& given = {}, int rounds = kRounds);
+  // The maps of a part of the photos, as far as they go: a round needs other parts' maps of the round before where
+  // these hold a photo's sources (StereoSummary::unfinished). After at most kRounds runs of all parts, at the same time
+  // or not, all maps are there. Only the summary is of use; the maps are for StereoMaps without a part, which removes
+  // what is in between.
+  StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder, const Part& part,
+             ProgressSink& progress);
 
   const StereoSummary& summary() const { return summary_; }
   const std::vector<std::vector<SourceView>>& sources() const { return sources_; }
@@ -64,22 +76,32 @@ class StereoMaps {
   const StereoCamera& CameraOf(std::size_t view) const { return pictures_[view].camera; }
 
  private:
+  void Open(const std::filesystem::path& folder, const std::filesystem::path& given, ProgressSink& progress);
   void PickPhotos();
   void FindGiven(const std::filesystem::path& folder);
   void TakeGiven(const std::filesystem::path& folder);
   std::string Key() const;
   std::shared_ptr<const DepthMap> MapBefore(std::size_t view, int round, int width, int height);
   void ReadPhotos(ProgressSink& progress);
-  void Match(const StereoRound& round, int number, Progress& progress);
+  void RemoveBetween(int number);
+  // Whether a photo's map of a round can be made: what it reads is there.
+  bool IsReady(std::size_t view, const StereoRound& round, int number) const;
+  // Makes the round's maps of all photos that are at it and ready; returns how many.
+  std::size_t Match(const StereoRound& round, int number, Progress& progress);
+  void MatchPhoto(std::size_t view, const StereoRound& round, int number);
   DepthMap StartOf(std::size_t view, const StereoPicture& picture, int number);
   StereoPicture PictureOf(std::size_t view, int halvings) const;
   long WorkOf(std::size_t view, const StereoRound& round) const;
+  long WorkOf(const std::array<StereoRound, kRounds>& rounds) const;
 
   const Scene& scene_;
   StereoOptions options_;
   std::vector<std::vector<SourceView>> sources_;
   std::vector<bool> takes_part_;
   std::vector<bool> given_;  // its map is there from the beginning
+  std::optional<Part> part_;
+  std::vector<bool> mine_;  // its map is made here
+  std::vector<int> next_;   // the round that a photo is at; kRounds: it has its map, or is not made here
   std::vector<StereoPicture> pictures_;
   std::unique_ptr<DepthStore> store_;
   StereoSummary summary_;

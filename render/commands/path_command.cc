@@ -16,6 +16,7 @@
 #include "render/picture/convert.h"
 #include "render/settings_json.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/filled_in_parts.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
@@ -137,27 +138,9 @@ void RemoveDamaged(const std::filesystem::path& folder) {
   }
 }
 
-std::vector<std::string> Split(const std::string& text, const std::string& at) {
-  std::vector<std::string> parts;
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t end = std::min(text.find(at, from), text.size());
-    parts.push_back(text.substr(from, end - from));
-    from = end + at.size();
-  }
-  return parts;
-}
+bool IsFrame(const std::filesystem::path& file) { return HasImageExtension(file); }
 
-// The first parts that differ; nothing in place of a part that only the other has.
-std::pair<std::string, std::string> FirstDifference(const std::string& a, const std::string& b, const std::string& at) {
-  std::vector<std::string> in_a = Split(a, at), in_b = Split(b, at);
-  const std::size_t most = std::max(in_a.size(), in_b.size());
-  in_a.resize(most);
-  in_b.resize(most);
-  const auto [one, other] = std::ranges::mismatch(in_a, in_b);
-  return one == in_a.end() ? std::pair<std::string, std::string>() : std::pair(*one, *other);
-}
-
-// How two fingerprint texts differ first, in words.
+// How the texts of two runs' frames differ first, in words.
 std::string Difference(const std::string& there, const std::string& here) {
   auto [one, other] = FirstDifference(there, here, "\n");
   const auto begins = [&](std::string_view word) { return one.starts_with(word) && other.starts_with(word); };
@@ -167,61 +150,30 @@ std::string Difference(const std::string& there, const std::string& here) {
   if (begins("photo ")) return "another " + one.substr(0, one.rfind(' '));
   if (one.starts_with("frame ") || other.starts_with("frame ")) return "another path";
   if (begins("settings ")) std::tie(one, other) = FirstDifference(one, other, ",");
-  return fmt::format("there {}, here {}", one.empty() ? "nothing" : one, other.empty() ? "nothing" : other);
+  return ThereAndHere(one, other);
 }
 
-// Refuses to add to frames with another fingerprint text; these are not removed.
-[[noreturn]] void RefuseToJoin(const std::filesystem::path& folder, const std::string& there,
-                               const std::string& wanted) {
-  throw UsageError(
-      fmt::format("{} holds frames that do not join with these: {}", folder.string(), Difference(there, wanted)),
-      "give all parts the same scene, path, settings and kind of machine, or another -o");
-}
-
-constexpr const char* kStamp = "frames.txt";  // of all frames there: what they depend on
-constexpr const char* kParts = "parts.txt";   // they were made in parts, perhaps by several machines
-
-// A part's frames may join others with the same fingerprint text. Parts may start at the same time: the first one's
-// stamp counts.
-void JoinParts(const std::filesystem::path& folder, const std::string& wanted) {
-  const std::filesystem::path stamp = folder / kStamp;
-  std::filesystem::create_directories(folder);
-  if (!std::filesystem::exists(stamp)) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (HasImageExtension(entry.path()))
-        throw UsageError(fmt::format("{} holds frames of a run that did not say what they are of", folder.string()),
-                         "remove the folder, or give another -o");
-    const std::filesystem::path own = folder / fmt::format(".{}-{}", kStamp, HashOf(wanted));
-    WriteTextAtomically(own, wanted);
-    std::error_code taken;  // set where another part made the stamp first
-    std::filesystem::create_hard_link(own, stamp, taken);
-    if (taken && !std::filesystem::exists(stamp)) std::filesystem::copy_file(own, stamp, taken);  // no hard links
-    std::filesystem::remove(own, taken);
-  }
-  if (const std::string there = ReadText(stamp); there != wanted) RefuseToJoin(folder, there, wanted);
-  WriteTextAtomically(folder / kParts, "");
+FilledInParts FramesIn(const std::filesystem::path& folder) {
+  return {folder,  "frames.txt", "frames",
+          IsFrame, Difference,   "give all parts the same scene, path, settings and kind of machine, or another -o"};
 }
 
 // Keeps frames that an earlier run with the same scene, path and settings finished. Removes others, unless they were
 // made in parts: then it refuses.
 void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::path& film, const std::string& wanted) {
-  const std::filesystem::path stamp = folder / kStamp;
-  if (std::filesystem::exists(stamp)) {
-    const std::string there = ReadText(stamp);
-    if (there == wanted) {
-      // Frames made in parts may come from other machines, which this machine's restart did not interrupt.
-      if (RestartedSince(folder) && !std::filesystem::exists(folder / kParts)) RemoveDamaged(folder);
-      NoteRunOfMachine(folder);
-      return;
-    }
-    if (std::filesystem::exists(folder / kParts)) RefuseToJoin(folder, there, wanted);
+  const FilledInParts frames = FramesIn(folder);
+  if (frames.Keeps(wanted)) {
+    // Frames made in parts may come from other machines, which this machine's restart did not interrupt.
+    if (RestartedSince(folder) && !frames.MadeInParts()) RemoveDamaged(folder);
+    NoteRunOfMachine(folder);
+    return;
   }
   std::error_code ec;
   std::filesystem::remove_all(folder, ec);
   std::filesystem::remove(film, ec);  // made of the frames that were removed
   std::filesystem::create_directories(folder);
   NoteRunOfMachine(folder);
-  WriteTextAtomically(stamp, wanted);
+  frames.Stamp(wanted);
 }
 
 }  // namespace
@@ -235,8 +187,8 @@ static std::pair<std::size_t, std::size_t> PartOf(const RenderOptions& o, std::s
     return {o.frames->first, o.frames->last + 1};
   }
   if (!o.shard) return {0, frames};
-  const auto i = static_cast<std::size_t>(o.shard->index), n = static_cast<std::size_t>(o.shard->count);
-  return {i * frames / n, (i + 1) * frames / n};
+  const Part::Range range = o.shard->RangeOf(frames);
+  return {range.begin, range.end};
 }
 
 DesiredViews FramesWanted(const RenderJob& job) {
@@ -253,7 +205,7 @@ void RenderPath(RenderJob& job) {
   const auto [begin, end] = PartOf(o, views.size());
   const std::filesystem::path frames = o.output / "frames";
   if (o.part_of_path())
-    JoinParts(frames, FrameFingerprint(job, fps));
+    FramesIn(frames).Join(FrameFingerprint(job, fps));
   else if (!o.to_video())
     KeepOrClear(frames, o.output / kFilm, FrameFingerprint(job, fps));
   std::optional<PathFilm> video;
@@ -293,7 +245,7 @@ void RenderPath(RenderJob& job) {
         throw MachineError("a picture's photos do not fit into memory here, and a part's are as sharp as the whole's",
                            "give more --memory-mb");
       // Without the stamp, a later run with more memory renders these frames again.
-      if (std::error_code ignored; !o.to_video()) std::filesystem::remove(frames / kStamp, ignored);
+      if (std::error_code ignored; !o.to_video()) std::filesystem::remove(FramesIn(frames).stamp(), ignored);
     }
     seen += Coverage(image);
     if (job.Fills()) FillAndMark(image);

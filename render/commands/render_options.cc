@@ -156,14 +156,6 @@ FrameRange FrameRangeFrom(const std::string& text) {
   return {static_cast<std::size_t>(*first), static_cast<std::size_t>(*last)};
 }
 
-ShardOf ShardFrom(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  const auto index = WholeNumber(std::string_view(text).substr(0, slash));
-  const auto count = slash == std::string::npos ? std::nullopt : WholeNumber(std::string_view(text).substr(slash + 1));
-  if (!index || !count || *index >= *count) throw UsageError("--shard takes i/n, from 0/n to n-1/n; not " + text);
-  return {*index, *count};
-}
-
 Eigen::Vector2d PixelFrom(const std::string& text) {
   const std::size_t comma = text.find(',');
   const auto number = [&](const std::string& word) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/lumigraph/lumigraph.h"
+#include "scene/program/part.h"
 
 namespace lumi {
 
@@ -16,12 +17,6 @@ struct FrameRange {
 };
 // "A-B" or "A". Throws UsageError.
 FrameRange FrameRangeFrom(const std::string& text);
-// Part `index` of `count` consecutive parts of about equal length.
-struct ShardOf {
-  int index = 0, count = 1;
-};
-// "i/n", i from 0. Throws UsageError.
-ShardOf ShardFrom(const std::string& text);
 
 struct RenderOptions : LumigraphOptions {  // `decided` also has the command line's --format, --fold ...
   std::string proxy;                       // name, per-view, or empty: the active one
@@ -44,7 +39,7 @@ struct RenderOptions : LumigraphOptions {  // `decided` also has the command lin
   // Of a path: only these frames. Several machines may render parts of a path into one folder; a run without these
   // options then joins them.
   std::optional<FrameRange> frames;
-  std::optional<ShardOf> shard;
+  std::optional<Part> shard;
   std::optional<double> budget_ms;  // a frame; undecided settings then follow the scene's front or a probe
   // Of a path: PSNR (dB) that sparse samples must reach against weights at every pixel.
   std::optional<double> fidelity_db;

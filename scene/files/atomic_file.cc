@@ -15,6 +15,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <thread>
 
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
@@ -252,14 +253,23 @@ std::string ReadText(const fs::path& path, std::size_t max_bytes) {
   return text;
 }
 
-FolderLock::FolderLock(const fs::path& folder) : path_(folder / "LOCK") {
+FolderLock::FolderLock(const fs::path& folder, Kind kind) : kind_(kind), path_(folder / "LOCK") {
+  // One of several that goes has the lock alone for a moment, and then the file is gone.
+  constexpr int kTries = 20;
+  constexpr auto kPause = std::chrono::milliseconds(50);
+  int tries = kind == kWithOthers ? kTries : 1;
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw CannotWrite(folder, error.value());
   for (;;) {
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd_ < 0) throw CannotWrite(path_, errno);
-    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    if (::flock(fd_, (kind == kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) != 0) {
+      if (--tries > 0) {
+        ::close(std::exchange(fd_, -1));
+        std::this_thread::sleep_for(kPause);
+        continue;
+      }
       char owner[32] = {};
       const ssize_t n = ::pread(fd_, owner, sizeof owner - 1, 0);
       ::close(std::exchange(fd_, -1));
@@ -279,16 +289,17 @@ FolderLock::FolderLock(const fs::path& folder) : path_(folder / "LOCK") {
   const std::string pid = fmt::format("{}\n", ::getpid());
   if (::ftruncate(fd_, 0) != 0 || ::pwrite(fd_, pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
     const int reason = errno;
-    ::unlink(path_.c_str());
+    if (kind == kAlone) ::unlink(path_.c_str());
     ::close(std::exchange(fd_, -1));
     throw CannotWrite(path_, reason);
   }
-  RemoveStaleTemporaries(folder);
+  if (kind == kAlone) RemoveStaleTemporaries(folder);
 }
 
 FolderLock::~FolderLock() {
   if (fd_ < 0) return;
-  ::unlink(path_.c_str());
+  // The last one removes the file.
+  if (kind_ == kAlone || ::flock(fd_, LOCK_EX | LOCK_NB) == 0) ::unlink(path_.c_str());
   ::close(fd_);
 }
 

@@ -54,17 +54,20 @@ void NoteRunOfMachine(const std::filesystem::path& folder);
 std::string ReadText(const std::filesystem::path& path, std::size_t max_bytes = std::size_t(1) << 30);
 
 // A lock on a folder (LOCK file with the owner's process id, flock: gone with the process, also after kill -9).
-// Throws MachineError naming the other process where it is taken. Whoever gets it also removes what killed runs left
-// (RemoveStaleTemporaries).
+// Throws MachineError naming the other process where it is taken. Whoever gets it alone also removes what killed runs
+// left (RemoveStaleTemporaries).
 class FolderLock {
  public:
-  explicit FolderLock(const std::filesystem::path& folder);  // creates the folder
+  // kWithOthers: together with others that say the same, as parts of one work.
+  enum Kind { kAlone, kWithOthers };
+  explicit FolderLock(const std::filesystem::path& folder, Kind kind = kAlone);  // creates the folder
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
  private:
   int fd_ = -1;
+  Kind kind_;
   std::filesystem::path path_;
 };
 

@@ -81,6 +81,7 @@ template Option Options::Add(const std::string&, double&, const std::string&);
 template Option Options::Add(const std::string&, std::string&, const std::string&);
 template Option Options::Add(const std::string&, std::filesystem::path&, const std::string&);
 template Option Options::Add(const std::string&, std::optional<double>&, const std::string&);
+template Option Options::Add(const std::string&, std::optional<int>&, const std::string&);
 template Option Options::Add(const std::string&, std::vector<int>&, const std::string&);
 template Option Options::Add(const std::string&, std::vector<double>&, const std::string&);
 template Option Options::Add(const std::string&, std::vector<std::string>&, const std::string&);

@@ -30,6 +30,10 @@ struct Pretended final : Executor {
     if (stage.name.starts_with("bad")) throw DataError("nothing to see", "take more", stage.sibling.arguments[0]);
     return {JsonKeys(), 2.5};
   }
+  std::vector<SiblingAnswer> RunAll(const std::vector<ExecutedStage>&, const std::string&, ProgressSink&) override {
+    ADD_FAILURE() << "captures are jobs of their own";
+    return {};
+  }
   const int wanted;
   std::atomic<int> here = 0;
   std::mutex mutex;

@@ -16,6 +16,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
+#include "tests/support/fake_slurm.h"
 
 namespace lumi {
 namespace {
@@ -33,45 +34,14 @@ struct Heard final : ProgressSink {
   std::string all;
 };
 
-void Program(const fs::path& file, const std::string& text) {
-  WriteTextAtomically(file, "#!/bin/sh\n" + text);
-  fs::permissions(file, fs::perms::owner_all);
-}
-
 class Slurm : public testing::Test {
  protected:
   void SetUp() override {
     path_ = std::getenv("PATH");
     ::setenv("PATH", (bin().string() + ":" + path_).c_str(), 1);
     ::setenv("FAKE", folder_.path().c_str(), 1);
-    // What the Nth job does stands in do-N: nothing (it runs), or a word.
-    Program(bin() / "sbatch", R"(n=$(($(cat "$FAKE/count" 2>/dev/null || echo 0) + 1))
-echo $n >"$FAKE/count"
-echo "$@" >>"$FAKE/submitted"
-for script; do :; done
-case $(cat "$FAKE/do-$n" 2>/dev/null) in
-  refuse) echo 'sbatch: error: invalid partition specified: nowhere' >&2; exit 1 ;;
-  lost) echo NODE_FAIL >"$FAKE/state-$n" ;;
-  cancelled) echo CANCELLED >"$FAKE/state-$n" ;;
-  timeout) echo TIMEOUT >"$FAKE/state-$n" ;;
-  mute) echo COMPLETED >"$FAKE/state-$n" ;;
-  wait) echo PENDING >"$FAKE/state-$n"
-    (while [ -d "$FAKE" ] && [ ! -e "$FAKE/go" ]; do sleep 0.05; done; [ -d "$FAKE" ] || exit
-     echo RUNNING >"$FAKE/state-$n"
-     SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
-  *) echo RUNNING >"$FAKE/state-$n"
-    (SLURM_JOB_ID=$n sh "$script"; echo COMPLETED >"$FAKE/state-$n") >/dev/null 2>&1 & ;;
-esac
-echo "$n;cluster"
-)");
-    Program(bin() / "squeue", "exit 0\n");
-    Program(bin() / "scontrol",
-            R"sh([ ! -e "$FAKE/controller-down" ] ||
-  { echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1; }
-[ -e "$FAKE/state-$3" ] || { echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1; }
-echo "JobId=$3 JobName=lumi UserId=root(0) JobState=$(cat "$FAKE/state-$3") Reason=Resources Dependency=(null)"
-)sh");
-    Program(bin() / "lumi-fake", R"sh(echo "@progress 1 2 counting things" >&2
+    WriteFakeSlurm(bin());
+    WriteShellProgram(bin() / "lumi-fake", R"sh(echo "@progress 1 2 counting things" >&2
 echo "a remark" >&2
 [ "$1" != fail ] || {
   echo "lumi-fake: it does not go: take more" >&2
@@ -101,6 +71,7 @@ printf '{"said":"%s","where":"%s","reused":%s,"run":%s}' "$1" "$PWD" $reused "$(
   static ExecutedStage Stage(const std::string& argument, const std::string& wanted = {}) {
     return {"proxy", {"lumi-fake", {argument}, "stage 1/2 proxy: ", "proxy: "}, wanted};
   }
+  static ExecutedStage Named(const std::string& name) { return {name, {"lumi-fake", {name}, name + " ", name + ": "}}; }
   struct Said {
     std::string said, where;
     int run = 0;
@@ -155,6 +126,66 @@ TEST_F(Slurm, AJobsAnswerIsTheProgramsAndItsFilesGo) {
   EXPECT_THAT(heard_.all, Not(HasSubstr("@progress")));
 }
 
+TEST_F(Slurm, StagesAtTheSameTimeAreOneArrayWithAnAnswerEach) {
+  Do(1, "lost 1");  // the array's second task
+  const std::vector<SiblingAnswer> answers =
+      MakeSlurmExecutor(Options())->RunAll({Named("a"), Named("b"), Named("c")}, "all three", heard_);
+  ASSERT_EQ(answers.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(answers[i].summary.As<Said>().said, std::string(1, static_cast<char>('a' + i)));
+  EXPECT_EQ(Lines("submitted"), 2) << "the array, and the task that was lost with its node, as a job of its own";
+  EXPECT_THAT(ReadText(folder_ / "submitted"), HasSubstr("--array=0-2"));
+  EXPECT_THAT(heard_.all, HasSubstr("job array 1, 3 tasks"));
+  EXPECT_THAT(heard_.all, HasSubstr("b: job 1_1 was lost with its node"));
+  EXPECT_THAT(heard_.all, HasSubstr("all three done"));
+  EXPECT_FALSE(fs::exists(jobs()));
+}
+
+TEST_F(Slurm, OfAnArraysTasksThatFailTheFirstOnesFailureIsThrownWhenAllHaveEnded) {
+  try {
+    MakeSlurmExecutor(Options())->RunAll({Named("a"), Named("fail"), Named("c")}, "all three", heard_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "it does not go");
+  }
+  EXPECT_EQ(Lines("runs"), 2);
+  EXPECT_TRUE(fs::exists(jobs())) << "the failed one's lines stay";
+}
+
+TEST_F(Slurm, ASecondStartFollowsTheTasksOfAnArrayWhoseSubmitterWasKilled) {
+  Do(1, "wait");
+  const std::vector<ExecutedStage> stages{Named("a"), Named("b")};
+  const pid_t run = ::fork();
+  if (run == 0) {
+    Heard heard;
+    MakeSlurmExecutor(Options())->RunAll(stages, "both", heard);
+    ::_exit(0);
+  }
+  const auto ids = [&] {
+    int n = 0;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(jobs(), error)) n += fs::exists(entry.path() / "id");
+    return n;
+  };
+  while (ids() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ::kill(run, SIGKILL);
+  ::waitpid(run, nullptr, 0);
+  // One was killed before it wrote the id: squeue knows the task by the array's name.
+  for (const auto& entry : fs::directory_iterator(jobs()))
+    if (entry.path().filename().string().starts_with("b-")) fs::remove(entry.path() / "id");
+  WriteTextAtomically(folder_ / "queued", "1_0\n1_1\n");
+  std::thread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    WriteTextAtomically(folder_ / "go", "");
+  });
+  const std::vector<SiblingAnswer> answers = MakeSlurmExecutor(Options())->RunAll(stages, "both", heard_);
+  later.join();
+  EXPECT_EQ(answers[1].summary.As<Said>().said, "b");
+  EXPECT_THAT(heard_.all, HasSubstr("a: job 1_0 was submitted by an earlier run"));
+  EXPECT_THAT(heard_.all, HasSubstr("b: job 1_1 was submitted by an earlier run"));
+  EXPECT_FALSE(fs::exists(jobs()));
+}
+
 TEST_F(Slurm, WholeNodesAreAskedForWhereNobodySaysHowManyCores) {
   MakeSlurmExecutor(Options())->Run(Stage("x"), heard_);
   EXPECT_THAT(ReadText(folder_ / "submitted"), HasSubstr("--exclusive"));
@@ -173,7 +204,7 @@ TEST_F(Slurm, AProgramsFailureIsThrownAsItsOwnAndItsLinesStay) {
   EXPECT_THAT(heard_.all, HasSubstr("lines.txt"));
   EXPECT_TRUE(fs::exists(jobs()));
   // The next run tries again.
-  Program(bin() / "lumi-fake", "echo '{\"said\":\"better\"}'\n");
+  WriteShellProgram(bin() / "lumi-fake", "echo '{\"said\":\"better\"}'\n");
   EXPECT_EQ(MakeSlurmExecutor(Options())->Run(Stage("fail"), heard_).summary.As<Said>().said, "better");
   EXPECT_EQ(Lines("submitted"), 2);
 }

@@ -203,9 +203,11 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   } catch (const UsageError& e) {
     EXPECT_THAT(e.hint(), HasSubstr("-o FILE.ply"));
   }
-  EXPECT_THROW(RunAuto({.scene = folder / "workspace", .budget_ms = {}, .proxy_minutes = {}, .candidates = {}},
-                       SilentProgress()),
-               UsageError);
+  EXPECT_THROW(
+      RunAuto(
+          {.scene = folder / "workspace", .budget_ms = {}, .proxy_minutes = {}, .depth_width_px = {}, .candidates = {}},
+          SilentProgress()),
+      UsageError);
   const json made =
       AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
   EXPECT_EQ(ReadMesh(folder / "mesh.ply").faces.size(), made["faces"].get<std::size_t>());

@@ -200,6 +200,71 @@ TEST_F(DenseProgram, GoesOnAfterAKill) {
   EXPECT_EQ(ReadText(ProxyPath(path_, "dense")), bytes);
 }
 
+TEST_F(DenseProgram, PartsOfItsMapsMakeTheSameMesh) {
+  const auto part = [&](const std::string& shard, std::vector<std::string> more = {}) {
+    more.insert(more.end(), {"--shard", shard});
+    return Done(Dense(more));
+  };
+  const json first = part("0/2");
+  EXPECT_EQ(first["part"], "0/2");
+  EXPECT_EQ(first["photos"], 5);
+  EXPECT_EQ(first["finished"], false);
+  EXPECT_EQ(first["waits_for"], json({1}));
+  EXPECT_FALSE(fs::exists(ProxyPath(path_, "dense")));
+  bool finished = false;
+  for (int runs = 0; runs < 4 && !finished; ++runs) {
+    finished = part("1/2")["finished"];
+    finished = part("0/2")["finished"].get<bool>() && finished;
+  }
+  EXPECT_TRUE(finished);
+  EXPECT_TRUE(fs::exists(path_ / "provenance" / "depth-maps-part-0-of-2.json"));
+  // Maps of other options are refused, by a part and by the whole, and nothing is lost.
+  for (const std::vector<std::string>& other :
+       {std::vector<std::string>{"--seed", "3"}, {"--seed", "3", "--shard", "0/2"}}) {
+    const ProgramResult refused = RunProgram(Dense(other));
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("there seed 0, here seed 3"));
+  }
+  EXPECT_EQ(Done(Dense())["depth"]["reused"], 40) << "four rounds of ten photos";
+  const std::string bytes = ReadText(ProxyPath(path_, "dense"));
+  fs::remove_all(path_ / "stereo");
+  fs::remove_all(path_ / "proxies");
+  EXPECT_EQ(Done(Dense())["depth"]["reused"], 0);
+  EXPECT_EQ(ReadText(ProxyPath(path_, "dense")), bytes);
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--tradeoff"},
+                                             {"--leave-out", "each"},
+                                             {"-o", (folder_ / "x.ply").string()},
+                                             {"--from-depth", path_.string()}}) {
+    std::vector<std::string> wrong = more;
+    wrong.insert(wrong.end(), {"--shard", "0/2"});
+    EXPECT_NE(RunProgram(Dense(wrong)).exit_code, 0) << more.front();
+  }
+}
+
+TEST_F(DenseProgram, AutoTakesPartsOfTheMaps) {
+  const auto command = [&](std::vector<std::string> more) {
+    std::vector<std::string> all{"lumi-proxy", "auto", path_.string(), "--choose-width", "128",
+                                 "--holdout",  "4",    "--candidates", "plane,dense",    "--json"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  EXPECT_THAT(RunProgram(command({"--shard", "0/2"})).err, HasSubstr("--shard needs --depth-width"));
+  EXPECT_THAT(RunProgram(command({"--depth-width", "96", "--proxy-minutes", "3"})).err, HasSubstr("give one of"));
+  EXPECT_THAT(RunProgram(command({"--depth-width", "9"})).err, HasSubstr("--depth-width must be 64 to 8192"));
+  for (bool finished = false; !finished;) {
+    finished = true;
+    for (const char* shard : {"0/2", "1/2"})
+      finished &= Done(command({"--depth-width", "96", "--shard", shard}))["finished"].get<bool>();
+  }
+  EXPECT_THAT(RunProgram(command({"--depth-width", "64"})).err, HasSubstr("there width 96, here width 64"));
+  const json chosen = Done(command({"--depth-width", "96"}));
+  EXPECT_EQ(chosen["name"], "dense");
+  const std::string figures = ReadText(ProxyPath(path_, "dense-without-4").replace_extension(".json"));
+  EXPECT_EQ(json::parse(figures)["depth"]["reused"], 20) << "four rounds of five photos";
+  EXPECT_EQ(Done(command({"--depth-width", "96", "--shard", "1/2"}))["folder"], "") << "it is made";
+}
+
 TEST_F(DenseProgram, AutoComparesItWithinItsMinutes) {
   const auto choose = [&](const std::string& minutes) {
     return Done({"lumi-proxy", "auto", path_.string(), "--choose-width", "128", "--holdout", "4", "--candidates",

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <thread>
 
 #include "proxy/dense/depth_files.h"
 #include "proxy/dense/depth_start.h"
@@ -446,14 +447,59 @@ TEST(DepthStore, KeepsWhatWasFinishedAndForgetsOtherScenes) {
   }
   {
     DepthStore again(folder / "maps", "one", 1 << 20);
-    EXPECT_TRUE(again.Done("a", 0, 4));
-    EXPECT_TRUE(again.Done("a", 1, 4));
-    EXPECT_FALSE(again.Done("a", 2, 4));
+    EXPECT_EQ(again.LastRound("a", 4), 1);
+    EXPECT_TRUE(again.Has("a", 1));
+    EXPECT_FALSE(again.Has("a", 0));
     again.Remove("a", 1);
-    EXPECT_FALSE(again.Done("a", 0, 4));
+    EXPECT_EQ(again.LastRound("a", 4), -1);
   }
   DepthStore other(folder / "maps", "two", 1 << 20);
-  EXPECT_FALSE(other.Done("b", 1, 4));
+  EXPECT_EQ(other.LastRound("b", 4), -1);
+}
+
+TEST(DepthStore, IsWholeWhereEachPhotoHasAllFromTheLeastLastRoundOn) {
+  const auto whole = [](const std::vector<std::vector<int>>& rounds_of_photos) {
+    const TemporaryFolder folder;
+    DepthStore store(folder / "maps", "key", 1 << 20);
+    std::vector<std::string> photos;
+    for (const std::vector<int>& rounds : rounds_of_photos) {
+      photos.push_back(std::string(1, static_cast<char>('a' + photos.size())));
+      for (const int round : rounds) store.Store(photos.back(), round, DepthMap(2, 2));
+    }
+    return store.IsWhole(photos, 4);
+  };
+  EXPECT_TRUE(whole({{}, {}}));
+  EXPECT_TRUE(whole({{3}, {3}})) << "finished";
+  EXPECT_TRUE(whole({{1}, {1, 2}})) << "killed in round 2";
+  EXPECT_TRUE(whole({{1, 2}, {2}})) << "killed while round 1 was removed";
+  EXPECT_TRUE(whole({{0, 1, 2}, {0}, {}})) << "parts, one of which has not begun";
+  EXPECT_FALSE(whole({{3}, {}}));
+  EXPECT_FALSE(whole({{3}, {2}}));
+  EXPECT_FALSE(whole({{0, 2}, {0}}));
+}
+
+TEST(DepthStore, OnlyPartsOfTheSameKeyFillOneFolder) {
+  const TemporaryFolder folder;
+  const std::string key = "width 96\ncamera a 1 2\n";
+  { DepthStore(folder / "maps", key, 1 << 20, Part{0, 2}).Store("a", 0, DepthMap(2, 2)); }
+  const auto refused = [&](const std::string& other, std::optional<Part> part) {
+    try {
+      DepthStore(folder / "maps", other, 1 << 20, part);
+    } catch (const UsageError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  for (const std::optional<Part> part : {std::optional<Part>(), std::optional(Part{1, 2})}) {
+    EXPECT_THAT(refused("width 64\ncamera a 1 2\n", part), testing::HasSubstr("there width 96, here width 64"));
+    EXPECT_THAT(refused("width 96\ncamera a 1 3\n", part), testing::HasSubstr("other cameras"));
+    EXPECT_EQ(refused(key, part), "");
+    EXPECT_TRUE(std::filesystem::exists(folder / "maps" / DepthStore::FileName("a", 0)));
+  }
+  // Maps that are complete are one run's: other options begin anew.
+  DepthStore(folder / "maps", key, 1 << 20).ForgetParts();
+  EXPECT_EQ(refused("width 64\n", {}), "");
+  EXPECT_FALSE(std::filesystem::exists(folder / "maps" / DepthStore::FileName("a", 0)));
 }
 
 StereoOptions SmallStereo() {
@@ -496,6 +542,56 @@ TEST(Stereo, GoesOnWhereARunWasKilled) {
   StereoMaps resumed(scene, SmallStereo(), killed, SilentProgress());
   EXPECT_EQ(resumed.summary().reused, 14u);
   for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(resumed.Load(v)->w, whole.Load(v)->w);
+}
+
+TEST(Stereo, PartsInAnyOrderMakeTheMapsOfTheWhole) {
+  const TemporaryFolder folder;
+  const Scene scene = SceneOf({Wall()}, RowOfCameras(9), folder / "images");
+  StereoOptions options = SmallStereo();
+  options.views = 2;
+  StereoMaps whole(scene, options, folder / "whole", SilentProgress());
+  const std::filesystem::path parts = folder / "parts";
+  const auto run = [&](int i) { return StereoMaps(scene, options, parts, Part{i, 3}, SilentProgress()).summary(); };
+  // One after the other, and the first one first waits for the others.
+  const StereoSummary first = run(2);
+  EXPECT_EQ(first.photos, 3u);
+  EXPECT_EQ(first.reused, 0u);
+  EXPECT_GT(first.unfinished, 0u);
+  EXPECT_THAT(first.waits_for, testing::ElementsAre(1));
+  run(0);
+  int runs = 1;
+  for (std::size_t unfinished = 1; unfinished > 0; ++runs) {
+    unfinished = 0;
+    for (const int i : {1, 2, 0}) unfinished += run(i).unfinished;
+    ASSERT_LE(runs, StereoMaps::kRounds);
+  }
+  EXPECT_EQ(run(1).reused, 12u) << "a part that is finished has nothing to do";
+  StereoMaps joined(scene, options, parts, SilentProgress());
+  EXPECT_EQ(joined.summary().reused, 36u) << "four rounds of nine photos";
+  for (std::size_t v = 0; v < 9; ++v) {
+    EXPECT_EQ(joined.Load(v)->w, whole.Load(v)->w) << v;
+    EXPECT_EQ(joined.Load(v)->cost, whole.Load(v)->cost) << v;
+  }
+  EXPECT_FALSE(std::filesystem::exists(parts / "photo10.png.0.planes")) << "what is in between is removed";
+  EXPECT_EQ(run(1).reused, 12u) << "also after it was joined";
+}
+
+TEST(Stereo, PartsAtTheSameTimeMakeTheMapsOfTheWholeAndAKilledOneIsJoined) {
+  const TemporaryFolder folder;
+  const Scene scene = SceneOf({Wall()}, RowOfCameras(6), folder / "images");
+  StereoMaps whole(scene, SmallStereo(), folder / "whole", SilentProgress());
+  const std::filesystem::path parts = folder / "parts";
+  for (int runs = 0; runs < 2; ++runs) {
+    std::vector<std::jthread> at_once;
+    for (int i = 0; i < 3; ++i)
+      at_once.emplace_back([&, i] { StereoMaps(scene, SmallStereo(), parts, Part{i, 3}, SilentProgress()); });
+  }
+  // As a part's kill leaves it: some of its last maps are not there.
+  for (const char* name : {"photo12.png.3.planes", "photo13.png.3.planes", "photo13.png.2.planes"})
+    std::filesystem::remove(parts / name);
+  StereoMaps joined(scene, SmallStereo(), parts, SilentProgress());
+  EXPECT_LT(joined.summary().reused, 24u);
+  for (std::size_t v = 0; v < 6; ++v) EXPECT_EQ(joined.Load(v)->w, whole.Load(v)->w) << v;
 }
 
 TEST(Stereo, TakesGivenMapsAndAddsTheOthers) {

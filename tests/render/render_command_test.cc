@@ -90,7 +90,7 @@ TEST_F(RenderCommand, PartsOfAPathJoinToTheWholesBytes) {
   const Json whole = Run(of_path("whole"));
   ASSERT_EQ(whole["frames"], 7);
   RenderOptions part = of_path("parts");
-  part.shard = ShardOf{1, 3};
+  part.shard = Part{1, 3};
   EXPECT_EQ(Run(part)["frames"], 2);  // 2 and 3
   EXPECT_TRUE(fs::exists(folder_ / "parts" / "frames" / "frame_000002.png"));
   EXPECT_FALSE(fs::exists(folder_ / "parts" / "frames" / "frame_000004.png"));
@@ -98,7 +98,7 @@ TEST_F(RenderCommand, PartsOfAPathJoinToTheWholesBytes) {
   part.frames = FrameRange{4, 6};
   EXPECT_EQ(Run(part)["frames"], 3);
   part.frames.reset();
-  part.shard = ShardOf{0, 3};
+  part.shard = Part{0, 3};
   EXPECT_EQ(Run(part)["frames"], 2);
   const Json again = Run(part);
   EXPECT_EQ(again["frames_reused"], 2) << "a part that was made is not made again";
@@ -156,7 +156,7 @@ TEST_F(RenderCommand, APartOfAPathIsRefusedWhereItWouldSayNothing) {
     o.seconds = 0.5;
     o.fps = 4;
     o.width_px = 16;
-    o.shard = ShardOf{0, 2};
+    o.shard = Part{0, 2};
     change(o);
     EXPECT_THROW(Run(o), UsageError);
   };
@@ -172,11 +172,11 @@ TEST_F(RenderCommand, APartOfAPathIsRefusedWhereItWouldSayNothing) {
     o.frames = FrameRange{1, 2};  // of two frames
   });
   for (const char* text : {"", "1", "1/1", "2/2", "-1/2", "1/2x", "a/b", "0/0", "99999999999/999999999999"})
-    EXPECT_THROW(ShardFrom(text), UsageError) << text;
+    EXPECT_THROW(PartFrom(text), UsageError) << text;
   for (const char* text : {"", "-", "3-2", "1-", "-1", "1-2-3", "x"})
     EXPECT_THROW(FrameRangeFrom(text), UsageError) << text;
   EXPECT_EQ(FrameRangeFrom("7").last, 7U);
-  EXPECT_EQ(ShardFrom("1/4").count, 4);
+  EXPECT_EQ(PartFrom("1/4").count, 4);
 }
 
 TEST_F(RenderCommand, PhotosThatDoNotFitIntoMemoryGiveTheSameFrames) {
