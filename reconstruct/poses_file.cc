@@ -12,6 +12,7 @@
 #include "scene/files/transforms_json.h"
 #include "scene/geometry/dense_solvers.h"
 #include "scene/program/error.h"
+#include "scene/program/printable.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -62,7 +63,7 @@ std::vector<Line> ReadLines(const fs::path& path) {
       else if (first)
         line.name = token;
       else
-        throw InputError(path, fmt::format("line {}: '{}' is no number", number, token.substr(0, 40)));
+        throw InputError(path, fmt::format("line {}: '{}' is no number", number, Printable(token.substr(0, 40))));
       first = false;
     }
     if (!line.values.empty() || !line.name.empty()) lines.push_back(std::move(line));
@@ -183,7 +184,7 @@ std::vector<PosedCamera> ReadPosesFile(const fs::path& path, PosesFormat format)
   }
   if (cameras.empty()) throw InputError(path, "no camera in it");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const std::string which = cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
+    const std::string which = cameras[i].name.empty() ? fmt::format("camera {}", i) : Printable(cameras[i].name);
     const Rigid3& pose = cameras[i].cam_from_world;
     if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite() ||
         (cameras[i].K && !cameras[i].K->allFinite()))

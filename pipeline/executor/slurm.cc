@@ -32,7 +32,8 @@ namespace {
 
 constexpr int kMostSubmissions = 4;         // of one stage whose nodes are lost
 constexpr double kShare = 0.15;             // of late_seconds, for jobs that were ended
-constexpr double kFirstPauseSeconds = 0.1;  // short jobs are seen soon
+constexpr double kFirstPauseSeconds = 0.1;  // short jobs are seen soon ...
+constexpr double kShortJobSeconds = 30, kShortJobPause = 0.2;
 constexpr const char* kArray = "array-";    // of an array's folder and name
 constexpr std::size_t kMostFollowed = 64;   // tasks of an array at once; others wait until one has ended
 constexpr double kControllerSeconds = 600;  // without an answer until the job is given up for lost
@@ -420,7 +421,8 @@ class SlurmExecutor final : public Executor {
         }
       }
       std::this_thread::sleep_for(std::chrono::duration<double>(pause));
-      pause = std::min(1.3 * pause, options_.poll_seconds);
+      const double longest = followed.Seconds() < kShortJobSeconds ? kShortJobPause : options_.poll_seconds;
+      pause = std::min({1.3 * pause, longest, options_.poll_seconds});
     }
   }
 
