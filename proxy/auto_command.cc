@@ -90,7 +90,7 @@ std::vector<Recipe> Recipes(int dense_width_px, int without) {
       {"planes", "planes", always, [](const ProxyTarget& t, ProgressSink& p) { return RunPlanes(t, {}, p); }, true},
       {"box", "box", UnfitForBox,
        [](const ProxyTarget& t, ProgressSink& p) { return RunBox(t, BoxOptions().sides, p); }, true},
-      {"mesh", "delaunay", always,
+      {"delaunay", "delaunay", always,
        [](const ProxyTarget& t, ProgressSink& p) { return RunDelaunay(t, DelaunayOptions().merge_px, p); }, true},
       {"dense", "dense", always, dense(2), true, true},
       {"dense-strict", "dense", always, dense(3), true, true},

@@ -34,7 +34,7 @@ std::pair<const ProxyCandidate*, std::string> ChooseProxy(const AutoTable& table
   for (const ProxyCandidate& c : table.candidates) {
     if (!c.refused.empty()) continue;
     ++made;
-    if (!last || last->name != "mesh") last = &c;
+    if (!last || last->name != "delaunay") last = &c;
     if (!c.psnr_db) continue;
     ++measured;
     if (!fastest || *c.ms < *fastest->ms) fastest = &c;

@@ -94,7 +94,7 @@ Made<PlanesFigures> RunPlanes(const ProxyTarget& target, const PlanesRequest& re
 
 // A surface for what moves before a proxy of what stands still (proxy/moving/moving_proxy.h).
 struct MovingRequest {
-  std::string over = "mesh";  // the proxy of what stands still; made where it is "mesh" and not there
+  std::string over = "delaunay";  // the proxy of what stands still; made where it is "delaunay" and not there
   MovingOptions moving = {};
 };
 Made<MovingFigures> RunMoving(const ProxyTarget& target, const MovingRequest& request, ProgressSink& progress);
@@ -194,7 +194,7 @@ struct AutoOptions {
   std::optional<double> proxy_minutes;
   std::optional<int> depth_width_px;  // of the depth maps, instead of what the minutes allow
   std::vector<std::string>
-      candidates;  // of plane, planes, box, mesh, hull and the scene's own proxies; empty: the first five
+      candidates;  // of plane, planes, box, delaunay, hull and the scene's own proxies; empty: the first five
 };
 // Makes the candidates that the data allow, asks lumi-render for the error of each on the fold for choosing, makes the
 // best one the scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a

@@ -47,7 +47,7 @@ ProxyTarget Named(const char* name) { return {.scene = {}, .name = name, .output
 struct Requests {
   std::optional<Part> part;  // --shard
   AutoOptions choice;
-  ProxyTarget plane_target = Named("plane"), mesh_target = Named("mesh"), planes_target = Named("planes"),
+  ProxyTarget plane_target = Named("plane"), delaunay_target = Named("delaunay"), planes_target = Named("planes"),
               moving_target = Named("moving"), dense_target = Named("dense"), box_target = Named("box"),
               hull_target = Named("hull"), simplify_target, import_target = Named("imported");
   double merge_px = DelaunayOptions().merge_px;
@@ -99,10 +99,11 @@ void AddAuto(Program& program, Requests& r) {
       "Only part i of n (i from 0) of the depth maps that dense proxies are measured by; needs --depth-width, and a "
       "run without --shard joins them");
   automatic
-      .Add("--candidates", r.choice.candidates,
-           "Of plane, planes, box, mesh, dense, dense-strict, moving, hull, hull-500 and the proxies that the scene "
-           "has; default: all that "
-           "can be made")
+      .Add(
+          "--candidates", r.choice.candidates,
+          "Of plane, planes, box, delaunay, dense, dense-strict, moving, hull, hull-500 and the proxies that the scene "
+          "has; default: all that "
+          "can be made")
       .Commas();
 }
 
@@ -117,11 +118,11 @@ void AddPointProxies(Program& program, Requests& r) {
 
   Options delaunay =
       program.Command("delaunay", "A closed mesh through the points that agrees with what each camera saw", [&] {
-        return MadeFor(r.mesh_target, program.progress(),
+        return MadeFor(r.delaunay_target, program.progress(),
                        [&](const ProxyTarget& t) { return RunDelaunay(t, r.merge_px, program.progress()); });
       });
-  AddTarget(delaunay, r.mesh_target, true);
-  AddLeaveOut(delaunay, r.mesh_target);
+  AddTarget(delaunay, r.delaunay_target, true);
+  AddLeaveOut(delaunay, r.delaunay_target);
   delaunay.Add("--merge-px", r.merge_px, "Points nearer than this in the finest view become one, in pixels, >= 0")
       .Default();
 
@@ -148,7 +149,8 @@ void AddPointProxies(Program& program, Requests& r) {
                                   "before a proxy of what stands still",
                                   [&] { return RunMoving(r.moving_target, r.moving, program.progress()); });
   AddTarget(moves, r.moving_target, true);
-  moves.Add("--over", r.moving.over, "The proxy of what stands still; mesh is made where it is not there").Default();
+  moves.Add("--over", r.moving.over, "The proxy of what stands still; delaunay is made where it is not there")
+      .Default();
   moves.Add("--moments", r.moving.moving.moments, "Compared at most, spread over the period, >= 1").Default();
   moves.Add("--grid", r.moving.moving.grid, "Depths along the longer side of what moves: detail against time, >= 8")
       .Default();

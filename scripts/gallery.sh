@@ -98,10 +98,10 @@ for picture in "${wanted[@]}"; do
     proxies) # one scene over a plane, a mesh of its points, and the truth
       simulated desk desk --views 24 --width 640
       "$bin/lumi-proxy" plane "$work/desk" --quiet
-      "$bin/lumi-proxy" delaunay "$work/desk" --name mesh --quiet
-      for p in plane mesh; do rendered "over-$p" "$work/desk" --proxy "$p" --view 12 --leave-out; done
-      rendered mesh-proxy "$work/desk" --proxy mesh --view 12 --show proxy
-      framed proxies 180 "$work/over-plane.png" "$work/over-mesh.png" "$work/mesh-proxy.png" ;;
+      "$bin/lumi-proxy" delaunay "$work/desk" --quiet
+      for p in plane delaunay; do rendered "over-$p" "$work/desk" --proxy "$p" --view 12 --leave-out; done
+      rendered mesh-proxy "$work/desk" --proxy delaunay --view 12 --show proxy
+      framed proxies 180 "$work/over-plane.png" "$work/over-delaunay.png" "$work/mesh-proxy.png" ;;
     samples) # cameras of a capture and the view that is rendered
       rendered cameras "$work/plaza" --view 30 --show cameras
       framed samples 220 "$work/cameras.png" ;;

@@ -66,7 +66,7 @@ hull() { quietly "$bin/lumi-proxy" hull "$out/captures/$1" --silhouettes "$out/c
 proxy=''
 for scene in "${only[@]}"; do
   case $scene in
-    desk) capture desk 262 640; quietly "$bin/lumi-proxy" delaunay "$out/captures/desk" --name mesh; proxy=mesh ;;
+    desk) capture desk 262 640; quietly "$bin/lumi-proxy" delaunay "$out/captures/desk"; proxy=delaunay ;;
     plaza) capture plaza 480 640; quietly "$bin/lumi-proxy" import "$geometry/plaza.obj" "$out/captures/plaza" --name planes; proxy=planes ;;
     hallway) capture hallway 219 320; quietly "$bin/lumi-proxy" import "$geometry/hallway.obj" "$out/captures/hallway" --name tube; proxy=tube ;;
     car) capture car 36 640; hull car; proxy=hull ;;

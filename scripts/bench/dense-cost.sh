@@ -5,7 +5,7 @@
 
 dense_costs() {
   simulated dense-desk desk --views 24 --width 640
-  [ -f "$work/dense-desk/proxies/mesh.ply" ] || "$bin/lumi-proxy" delaunay "$work/dense-desk" --quiet >/dev/null
+  [ -f "$work/dense-desk/proxies/delaunay.ply" ] || "$bin/lumi-proxy" delaunay "$work/dense-desk" --quiet >/dev/null
   [ -f "$work/dense-desk/proxies/dense.ply" ] || "$bin/lumi-proxy" dense "$work/dense-desk" --quiet >/dev/null
   heading 'What dense proxies take'
   printf '| capture | depth maps px | seconds a photo | their peak MB | points | mesh s | fewer faces s | whole command, peak MB |\n|---|---|---|---|---|---|---|---|\n'
@@ -42,14 +42,14 @@ dense_frames() {
     for grid in pixel 25x25; do
       least=()
       for round in 1 2 3; do
-        for proxy in mesh dense dense-all; do
+        for proxy in delaunay dense dense-all; do
           json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "$proxy" --backend "$backend" --grid "$grid" --seconds 1 --width 640 --json --quiet)
           rm -rf "$work/dense-frames"
           ms=$(grep -o '"ms_per_frame": *[0-9.]*' <<<"$json" | grep -o '[0-9.]*$')
           least[$proxy]=$(awk -v a="${least[$proxy]:-1e9}" -v b="$ms" 'BEGIN { print a < b ? a : b }')
         done
       done
-      awk -v name="${scene##*/}" -v how="$backend, $grid" -v m="${least[mesh]}" -v d="${least[dense]}" -v a="${least[dense-all]}" \
+      awk -v name="${scene##*/}" -v how="$backend, $grid" -v m="${least[delaunay]}" -v d="${least[dense]}" -v a="${least[dense-all]}" \
         'BEGIN { printf "| %s | %s | %.1f | %.1f | %.2f | %.1f |\n", name, how, m, d, d / m, a }'
     done
   done

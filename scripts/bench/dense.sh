@@ -9,7 +9,7 @@ dense_rows() {
   local scene=$1 width=$2 name=${1##*/} made json proxy over
   captured "$name" || return 0
   "$bin/lumi-proxy" delaunay "$scene" --leave-out 8 --quiet >/dev/null
-  for proxy in dense dense-strict mesh true; do
+  for proxy in dense dense-strict delaunay true; do
     made='' over=$proxy-without-8
     case $proxy in
       dense) made=$("$bin/lumi-proxy" dense "$scene" --width "$width" --leave-out 8 --json --quiet) ;;
@@ -26,12 +26,12 @@ dense_rows() {
 dense_each_rows() {
   local scene=$1 width=$2 kind json name=${1##*/}
   captured "$name" || return 0
-  for kind in mesh dense dense-strict; do "$bin/lumi-proxy" delaunay "$scene" --name "each-$kind" --quiet >/dev/null; done
-  "$bin/lumi-proxy" delaunay "$scene" --name each-mesh --leave-out each --quiet >/dev/null
+  for kind in delaunay dense dense-strict; do "$bin/lumi-proxy" delaunay "$scene" --name "each-$kind" --quiet >/dev/null; done
+  "$bin/lumi-proxy" delaunay "$scene" --name each-delaunay --leave-out each --quiet >/dev/null
   "$bin/lumi-proxy" dense "$scene" --name each-dense --leave-out each --width "$width" --quiet >/dev/null
   "$bin/lumi-proxy" dense "$scene" --name each-dense-strict --agree 3 --leave-out each --width "$width" --quiet >/dev/null
-  for kind in mesh dense dense-strict; do
-    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "each-$kind" --seen-proxy each-mesh --holdout each --width "$width" --json --quiet)
+  for kind in delaunay dense dense-strict; do
+    json=$("$bin/lumi-render" "$scene" -o "$work/dense-frames" --proxy "each-$kind" --seen-proxy each-delaunay --holdout each --width "$width" --json --quiet)
     rm -rf "$work/dense-frames"
     printf '| %s | %s | %s | %s | %s | %s | %s |\n' "${scene##*/}" "$kind" "$(json_figure "$json" psnr_mean_db 2)" "$(json_figure "$json" psnr_seen_mean_db 2)" \
       "$(json_figure "$json" seen 3)" "$(json_figure "$json" ssim_mean 3)" "$(json_figure "$json" coverage 3)"
@@ -55,7 +55,7 @@ dense() {
     "$bin/lumi-proxy" dense "$work/dense-$example" --depth-only --quiet >/dev/null
     "$bin/lumi-proxy" dense "$work/dense-$example" --quiet >/dev/null
     "$bin/lumi-proxy" delaunay "$work/dense-$example" --quiet >/dev/null
-    "$bin/depth_bench" "$work/dense-$example" mesh dense
+    "$bin/depth_bench" "$work/dense-$example" delaunay dense
   done
 }
 dense

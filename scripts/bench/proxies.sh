@@ -20,6 +20,6 @@ block 'A proxy of each view: milliseconds beside CGAL and OpenCV' "$bin/view_tri
 for s in ${scenes[@]+"${scenes[@]}"}; do
   block "What auto measures: ${s##*/}" "$bin/lumi-proxy" auto "$s"
   block "The fly-through, 960 px wide: ${s##*/}" fly_through "$s"
-  for proxy in mesh per-view; do block "Held out: ${s##*/}, $proxy, 640 px wide" "$bin/lumi-render" "$s" --proxy "$proxy" --holdout 8 --width 640; done
+  for proxy in delaunay per-view; do block "Held out: ${s##*/}, $proxy, 640 px wide" "$bin/lumi-render" "$s" --proxy "$proxy" --holdout 8 --width 640; done
 done
 for example in car person; do block "lumi-proxy simplify --tradeoff: $example" simplified "$example"; done

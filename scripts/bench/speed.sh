@@ -30,7 +30,7 @@ whole_frame 'optimum, a weight a pixel' 640 0.07 --similarity full
 "$bin/sparse_blend_bench" psnr --scene "$work/desk-262" --proxy truth --title 'desk, true mesh, foreground'
 block 'Fig. 6-3: angles by vanishing points against true ones' "$bin/vanishing_point_bench" "$work/desk-262" --proxy plane -o "$work/figure-6-3"
 if captured fox; then
-  for proxy in plane mesh; do "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy" --title "fox, $proxy"; done
+  for proxy in plane delaunay; do "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy" --title "fox, $proxy"; done
 fi
 if [ -d "${data:-/nowhere}/knights" ]; then
   # A rectified camera grid: places from the files' names, a focal length that nothing tells.

@@ -326,7 +326,7 @@ TEST_F(FaultInjection, ProxyDenseDepthMapsOnly) {
 }
 TEST_F(FaultInjection, ProxyAuto) {
   SweepAll(
-      {{"lumi-proxy", "auto", "@/scene", "--candidates", "plane", "mesh", "--holdout", "2", "--choose-width", "32"},
+      {{"lumi-proxy", "auto", "@/scene", "--candidates", "plane", "delaunay", "--holdout", "2", "--choose-width", "32"},
        {"scene/images"},
        {"lumigraph.json", "provenance/proxy-auto"},
        "",

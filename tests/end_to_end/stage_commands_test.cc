@@ -58,7 +58,7 @@ TEST(StageCommands, RunByHandTheyMakeThePipelinesBytes) {
                                       "--print-commands"};
   const ProgramResult run = RunProgram(argv);
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("mesh was made of all photos")) << "what flatters the figures is said";
+  EXPECT_THAT(run.err, HasSubstr("delaunay was made of all photos")) << "what flatters the figures is said";
   std::vector<std::string> lines = LinesOf(run.out);
   ASSERT_EQ(lines.size(), 6U) << run.out;
   EXPECT_THAT(lines[0], testing::StartsWith("lumi-reconstruct "));
@@ -74,7 +74,7 @@ TEST(StageCommands, RunByHandTheyMakeThePipelinesBytes) {
   };
   RunByHand(of(other));
   int compared = 0;
-  for (const char* part : {"proxies/mesh.ply", "sparse", "holdout", "fly-through.mp4"})
+  for (const char* part : {"proxies/delaunay.ply", "sparse", "holdout", "fly-through.mp4"})
     for (const fs::path& file : fs::is_directory(scene / part)
                                     ? std::vector<fs::path>(fs::recursive_directory_iterator(scene / part), {})
                                     : std::vector<fs::path>{scene / part}) {
@@ -88,7 +88,7 @@ TEST(StageCommands, RunByHandTheyMakeThePipelinesBytes) {
 
   // A mesh of one's own in the place of the proxy's stage.
   std::vector<std::string> exchanged = of(third);
-  exchanged[1] = "lumi-proxy import " + ShellWord((other / "proxies/mesh.ply").string()) + " " +
+  exchanged[1] = "lumi-proxy import " + ShellWord((other / "proxies/delaunay.ply").string()) + " " +
                  ShellWord(third.string()) + " --name mine --activate";
   RunByHand(exchanged);
   EXPECT_EQ(ReadText(third / "fly-through.mp4"), ReadText(scene / "fly-through.mp4"));

@@ -102,7 +102,7 @@ TEST(ProxyCommands, MovingStandsBeforeTheMeshWhereMasksAndTimesSaySo) {
   EXPECT_EQ(over_plane["moments"], 1);
   const json moving =
       AsJson(RunMoving(target, {}, SilentProgress()));  // the mesh is made on the way, and is no proxy of the scene's
-  EXPECT_EQ(moving["over"], "mesh");
+  EXPECT_EQ(moving["over"], "delaunay");
   EXPECT_THAT(ListProxies(folder / "scene"), testing::UnorderedElementsAre("plane", "before-plane", "moving"));
   ExpectSaysTheSameAgain(moving, AsJson(RunMoving(target, {}, SilentProgress())));
 }
@@ -151,20 +151,20 @@ TEST(ProxyCommands, FirstProxyBecomesActiveAndASecondRunReusesIt) {
   EXPECT_EQ(plane["closed"], false);
   EXPECT_EQ(plane["reused"], false);
   EXPECT_EQ(plane["active"], true);
-  const json mesh = AsJson(RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress()));
+  const json mesh = AsJson(RunDelaunay({folder / "scene", "delaunay", {}, false}, 4, SilentProgress()));
   EXPECT_GT(mesh["faces"], 500);
   EXPECT_EQ(mesh["closed"], true);
   EXPECT_EQ(mesh["active"], false);
   EXPECT_TRUE(mesh["seconds"].is_number());
-  const std::string bytes = ReadText(ProxyPath(folder / "scene", "mesh"));
-  const json again = AsJson(RunDelaunay({folder / "scene", "mesh", {}, true}, 4, SilentProgress()));
+  const std::string bytes = ReadText(ProxyPath(folder / "scene", "delaunay"));
+  const json again = AsJson(RunDelaunay({folder / "scene", "delaunay", {}, true}, 4, SilentProgress()));
   EXPECT_EQ(again["reused"], true);
   EXPECT_EQ(again["active"], true);
   EXPECT_EQ(again["faces"], mesh["faces"]);
-  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "mesh")), bytes);
-  const json other = AsJson(RunDelaunay({folder / "scene", "mesh", {}, false}, 8, SilentProgress()));
+  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "delaunay")), bytes);
+  const json other = AsJson(RunDelaunay({folder / "scene", "delaunay", {}, false}, 8, SilentProgress()));
   EXPECT_EQ(other["reused"], false);
-  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "mesh");
+  EXPECT_EQ(OpenScene(folder / "scene", {}, SilentProgress()).active_proxy, "delaunay");
 }
 
 TEST(ProxyCommands, AProxyOfAnotherKindIsNeverOverwritten) {
@@ -174,9 +174,9 @@ TEST(ProxyCommands, AProxyOfAnotherKindIsNeverOverwritten) {
   const std::string bytes = ReadText(ProxyPath(folder / "scene", "plane"));
   EXPECT_THROW(RunDelaunay({folder / "scene", "plane", {}, false}, 4, SilentProgress()), UsageError);
   // Somebody's own file, with no record.
-  WriteTextAtomically(ProxyPath(folder / "scene", "mesh"), "mine");
-  EXPECT_THROW(RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress()), UsageError);
-  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "mesh")), "mine");
+  WriteTextAtomically(ProxyPath(folder / "scene", "delaunay"), "mine");
+  EXPECT_THROW(RunDelaunay({folder / "scene", "delaunay", {}, false}, 4, SilentProgress()), UsageError);
+  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "delaunay")), "mine");
   EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "plane")), bytes);
   for (const char* name : {"", "../x", "a/b", ".hidden", "auto"}) {
     EXPECT_THROW(RunDelaunay({folder / "scene", name, {}, false}, 4, SilentProgress()), UsageError) << name;
@@ -198,7 +198,7 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
   };
   const std::vector<std::string> before = files();
   try {
-    RunDelaunay({folder / "workspace", "mesh", {}, false}, 4, SilentProgress());
+    RunDelaunay({folder / "workspace", "delaunay", {}, false}, 4, SilentProgress());
     FAIL();
   } catch (const UsageError& e) {
     EXPECT_THAT(e.hint(), HasSubstr("-o FILE.ply"));
@@ -209,10 +209,10 @@ TEST(ProxyCommands, AnotherToolsWorkspaceIsNotWrittenTo) {
           SilentProgress()),
       UsageError);
   const json made =
-      AsJson(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.ply", false}, 4, SilentProgress()));
+      AsJson(RunDelaunay({folder / "workspace", "delaunay", folder / "mesh.ply", false}, 4, SilentProgress()));
   EXPECT_EQ(ReadMesh(folder / "mesh.ply").faces.size(), made["faces"].get<std::size_t>());
   EXPECT_EQ(files(), before);
-  EXPECT_THROW(RunDelaunay({folder / "workspace", "mesh", folder / "mesh.txt", false}, 4, SilentProgress()),
+  EXPECT_THROW(RunDelaunay({folder / "workspace", "delaunay", folder / "mesh.txt", false}, 4, SilentProgress()),
                UsageError);
 }
 
@@ -377,12 +377,12 @@ TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   WritePlateScene(folder / "scene");
   EXPECT_TRUE(AsJson(RunInfo(folder / "scene", "", SilentProgress()))["proxies"].empty());
   RunPlane({folder / "scene", "plane", {}, false}, SilentProgress());
-  RunDelaunay({folder / "scene", "mesh", {}, false}, 4, SilentProgress());
+  RunDelaunay({folder / "scene", "delaunay", {}, false}, 4, SilentProgress());
   const InfoSummary summary = RunInfo(folder / "scene", "", SilentProgress());
   const json info = AsJson(summary);
   ASSERT_EQ(info["proxies"].size(), 2u);
   const json& mesh = info["proxies"][0];
-  EXPECT_EQ(mesh["name"], "mesh");
+  EXPECT_EQ(mesh["name"], "delaunay");
   EXPECT_EQ(mesh["coverage_min"], 1.0);
   EXPECT_LT(mesh["blocked_ray_fraction"], 0.02);
   EXPECT_LT(mesh["point_distance_median"], 1e-9);
@@ -396,8 +396,8 @@ TEST(ProxyCommands, InfoMeasuresEveryProxyAndWritesNothing) {
   EXPECT_EQ(plane["closed"], false);
   EXPECT_EQ(plane["layers_mean"], 1.0);
   EXPECT_EQ(plane["layers_max"], 1);
-  EXPECT_THAT(Describe(summary), HasSubstr("mesh"));
-  EXPECT_THAT(Describe(RunInfo(folder / "scene", "mesh", SilentProgress())), HasSubstr("depth complexity"));
+  EXPECT_THAT(Describe(summary), HasSubstr("delaunay"));
+  EXPECT_THAT(Describe(RunInfo(folder / "scene", "delaunay", SilentProgress())), HasSubstr("depth complexity"));
   EXPECT_THROW(RunInfo(folder / "scene", "none", SilentProgress()), UsageError);
 }
 
@@ -416,13 +416,13 @@ TEST(ProxyProgram, AutoTakesTheBestOfWhatTheDataAllow) {
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json chosen = json::parse(first.out);
   ASSERT_EQ(chosen["candidates"].size(), 9u);
-  for (const char* name : {"plane", "planes", "mesh"})
+  for (const char* name : {"plane", "planes", "delaunay"})
     for (const char* key : {"psnr_mean_db", "ssim_mean", "coverage", "ms_per_frame", "faces", "seconds"})
       EXPECT_TRUE((*Row(chosen, name))[key].is_number()) << name << key;
   EXPECT_TRUE(Row(chosen, "box")->contains("refused"));
   EXPECT_THAT((*Row(chosen, "hull"))["refused"].get<std::string>(), HasSubstr("silhouettes"));
   EXPECT_THAT((*Row(chosen, "moving"))["refused"].get<std::string>(), HasSubstr("nothing is masked"));
-  EXPECT_GT((*Row(chosen, "mesh"))["psnr_mean_db"].get<double>(),
+  EXPECT_GT((*Row(chosen, "delaunay"))["psnr_mean_db"].get<double>(),
             (*Row(chosen, "plane"))["psnr_mean_db"].get<double>() + 1);
   double best = 0;
   for (const json& c : chosen["candidates"])
@@ -466,22 +466,22 @@ TEST(ProxyProgram, AutoTakesWhatIsThereAndKeepsToItsList) {
   const TemporaryFolder folder;
   WritePlateScene(folder / "scene");
   const std::string path = (folder / "scene").string();
-  RunDelaunay({folder / "scene", "mesh", {}, false}, 40, SilentProgress());  // somebody's own options
-  const std::string bytes = ReadText(ProxyPath(folder / "scene", "mesh"));
+  RunDelaunay({folder / "scene", "delaunay", {}, false}, 40, SilentProgress());  // somebody's own options
+  const std::string bytes = ReadText(ProxyPath(folder / "scene", "delaunay"));
   WriteMesh(folder / "wall.ply", WallMesh());
   ImportRequest request = Importing(folder / "wall.ply");
   request.scale = 2;
   RunImport(request, {folder / "scene", "wall", {}, false}, SilentProgress());
   WriteTextAtomically(ProxyPath(folder / "scene", "plane"), "somebody's own, and no mesh");
   const ProgramResult result = RunProgram({"lumi-proxy", "auto", path, "--choose-width", "160", "--holdout", "4",
-                                           "--candidates", "mesh,wall,plane", "--json"});
+                                           "--candidates", "delaunay,wall,plane", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json chosen = json::parse(result.out);
   ASSERT_EQ(chosen["candidates"].size(), 3u);
   EXPECT_TRUE((*Row(chosen, "wall"))["psnr_mean_db"].is_number());
   EXPECT_TRUE(Row(chosen, "plane")->contains("refused"));
-  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "mesh")), bytes);
-  EXPECT_EQ(RunProgram({"lumi-proxy", "auto", path, "--candidates", "mesh,ball"}).exit_code, 2);
+  EXPECT_EQ(ReadText(ProxyPath(folder / "scene", "delaunay")), bytes);
+  EXPECT_EQ(RunProgram({"lumi-proxy", "auto", path, "--candidates", "delaunay,ball"}).exit_code, 2);
 }
 
 TEST(ProxyProgram, AutoTakesThePlaneWherePointsAreTooFew) {
@@ -493,7 +493,7 @@ TEST(ProxyProgram, AutoTakesThePlaneWherePointsAreTooFew) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json chosen = json::parse(result.out);
   EXPECT_EQ(chosen["name"], "plane");
-  EXPECT_TRUE(Row(chosen, "mesh")->contains("refused"));
+  EXPECT_TRUE(Row(chosen, "delaunay")->contains("refused"));
 }
 
 TEST(ProxyProgram, ExitCodesAreTheContracts) {

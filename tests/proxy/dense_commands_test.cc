@@ -94,7 +94,8 @@ TEST_F(DenseProgram, MakesAClosedMeshOnTheSurfacesAndOneForAnEvaluation) {
   EXPECT_EQ(evaluation["depth"]["photos"], 5);
   EXPECT_EQ(evaluation["active"], false);
   EXPECT_TRUE(fs::exists(ProxyPath(path_, "dense-without-4")));
-  EXPECT_EQ(Done({"lumi-proxy", "delaunay", path_.string(), "--leave-out", "4", "--json"})["name"], "mesh-without-4");
+  EXPECT_EQ(Done({"lumi-proxy", "delaunay", path_.string(), "--leave-out", "4", "--json"})["name"],
+            "delaunay-without-4");
 }
 
 TEST_F(DenseProgram, MakesAProxyForEachFoldOfPhotosThatIsLeftOut) {
@@ -268,7 +269,7 @@ TEST_F(DenseProgram, AutoTakesPartsOfTheMaps) {
 TEST_F(DenseProgram, AutoComparesItWithinItsMinutes) {
   const auto choose = [&](const std::string& minutes) {
     return Done({"lumi-proxy", "auto", path_.string(), "--choose-width", "128", "--holdout", "4", "--candidates",
-                 "plane,mesh,dense,dense-strict", "--proxy-minutes", minutes, "--json"});
+                 "plane,delaunay,dense,dense-strict", "--proxy-minutes", minutes, "--json"});
   };
   const auto row = [](const json& table, const std::string& name) {
     for (const json& c : table["candidates"])
@@ -281,7 +282,7 @@ TEST_F(DenseProgram, AutoComparesItWithinItsMinutes) {
   const json hurried = choose("0.00001");
   EXPECT_THAT(row(hurried, "dense-strict")["refused"].get<std::string>(), HasSubstr("would take about"));
   const json chosen = choose("20");
-  for (const char* name : {"plane", "mesh", "dense", "dense-strict"}) {
+  for (const char* name : {"plane", "delaunay", "dense", "dense-strict"}) {
     EXPECT_TRUE(row(chosen, name)["psnr_mean_db"].is_number()) << chosen.dump(1);
     EXPECT_EQ(row(chosen, name)["evaluated"].get<std::string>(), std::string(name) + "-without-4");
     EXPECT_LE(row(chosen, name)["psnr_mean_db"].get<double>(),
