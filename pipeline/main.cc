@@ -227,6 +227,9 @@ int main(int argc, char** argv) {
     if (print_commands && (!where.batch.empty() || !stabilize.empty() || tradeoff))
       throw UsageError("--print-commands is of one scene: --batch, --stabilize and --tradeoff do not go with it");
     if (!where.batch.empty()) {
+      if (options.parts > 1)
+        throw UsageError("--batch makes each capture by one job, and --parts many jobs of one capture",
+                         "run a large capture by itself");
       if (!options.inputs.empty())
         throw UsageError("--batch names the inputs, and INPUT is given as well", "give one of them");
       if (!stabilize.empty())

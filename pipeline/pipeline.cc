@@ -454,6 +454,7 @@ class Run {
     wanted.version = kVersion;
     std::vector<std::string> arguments = ProxyArguments();
     for (const std::string& a : arguments) wanted.options["arguments"] += ShellWord(a) + " ";
+    wanted.options["seed"] = std::to_string(options_.seed);
     for (const char* part : {"sparse", "images", "masks", "silhouettes"})
       wanted.inputs[part] = Fingerprint(summary_.scene / part);
     const auto start = Clock::now();
@@ -473,16 +474,22 @@ class Run {
                          {"lumi-proxy", WithCommonOptions(std::move(one)), speaker + " ", speaker + ": "}});
       }
       finished = true;
-      for (const SiblingAnswer& part :
-           options_.executor->RunAll(parts, fmt::format("{}, run {}", name, round + 1), progress_))
-        finished &= part.summary.As<sibling::PartSummary>().finished;
+      for (const SiblingAnswer& answer :
+           options_.executor->RunAll(parts, fmt::format("{}, run {}", name, round + 1), progress_)) {
+        const auto part = answer.summary.As<sibling::PartSummary>();
+        finished &= part.finished;
+        if (!part.folder.empty()) {
+          const fs::path made_from = part.folder / "made-from.txt";
+          wanted.outputs[made_from.lexically_relative(summary_.scene).generic_string()] = Fingerprint(made_from);
+        }
+      }
     }
-    if (!finished)
-      progress_.Message(fmt::format("{}: some wait for maps that are not there, and are made with the proxy", name));
-    wanted.seconds = seconds();
-    {
+    if (finished) {
+      wanted.seconds = seconds();
       const FolderLock lock(summary_.scene);
       WriteProvenance(summary_.scene, wanted);
+    } else {
+      progress_.Message(fmt::format("{}: some wait for maps that are not there, and are made with the proxy", name));
     }
     Add({name, seconds(), false, {}, seconds()});
   }
@@ -642,6 +649,8 @@ std::string Validate(const PipelineOptions& options) {
     return "give one of --depth-width, --minutes and --proxy-minutes";
   if (options.depth_width_px && options.proxy != "auto") return "--depth-width goes with --proxy auto";
   if (options.parts < 1 || options.parts > 1000) return "--parts is 1 to 1000";
+  if (options.parts > 1 && options.proxy_minutes.value_or(0) > 0)
+    return "--parts takes --depth-width, not --proxy-minutes: how long other machines take is not known";
   if (options.parts > 1 && !options.executor) return "--parts goes with --executor slurm";
   if (options.parts > 1 && options.proxy != "auto" && options.proxy != "dense")
     return "--parts divides depth maps: it goes with --proxy auto or dense";

@@ -2,6 +2,7 @@
 // read are in report.json all the same.
 #pragma once
 
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -111,9 +112,10 @@ inline void ListKeys(JsonKeys& j, MadeProxySummary& s) { j("name", s.name, "face
 
 // lumi-proxy --shard.
 struct PartSummary {
+  std::filesystem::path folder;  // of the maps; empty: none are called for
   bool finished = false;
 };
-inline void ListKeys(JsonKeys& j, PartSummary& s) { j("finished", s.finished); }
+inline void ListKeys(JsonKeys& j, PartSummary& s) { j("folder", s.folder, "finished", s.finished); }
 
 // lumi-export web.
 struct WebPageSummary {

@@ -155,13 +155,19 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
                          least / 60, minutes)};
 }
 
-// A proxy of that name and kind made of the same cameras and points, whatever its options: somebody's choice, which
-// stays.
+// A proxy of that name and kind made of the same cameras and points and, where it is made of these, photos, masks and
+// silhouettes, whatever its options: somebody's choice, which stays.
 bool MadeBefore(const Scene& scene, const Recipe& recipe) {
   const auto record = FinishedRecordOf(scene, recipe.name);
   if (!record || !record->options.contains("kind") || !record->inputs.contains("sparse")) return false;
-  return record->options.at("kind") == recipe.kind &&
-         record->inputs.at("sparse") == Fingerprint(scene.folder / "sparse");
+  const auto same = [&](const char* input, const fs::path& path) {
+    return !record->inputs.contains(input) || record->inputs.at(input) == Fingerprint(path);
+  };
+  // A hull's silhouettes may be another folder's.
+  const bool own = !record->options.contains("silhouettes");
+  return record->options.at("kind") == recipe.kind && same("sparse", scene.folder / "sparse") &&
+         same("images", scene.image_folder) && same("masks", scene.folder / "masks") &&
+         (!own || same("silhouettes", scene.folder / "silhouettes"));
 }
 
 // NAME-without-N where it is there and differs from NAME in nothing but the photos that it knows; else empty.
@@ -174,6 +180,12 @@ std::string EvaluatedBefore(const Scene& scene, const std::string& name, int wit
   std::map<std::string, std::string> for_use = record->options;
   for_use.erase("maps_without");
   return options == for_use && other->inputs == record->inputs ? evaluated : std::string();
+}
+
+// A refusal of the data, or a file of that name that is somebody's own, becomes a row of the table. Other errors end
+// the run.
+bool BecomesARow(const Error& e) {
+  return e.code() == ExitCode::kDataRefused || e.code() == ExitCode::kUsage || e.code() == ExitCode::kCorruptInput;
 }
 
 // Makes a candidate and what it is measured by. `without`: N of the photos that are left out, 0: there is only the
@@ -212,10 +224,7 @@ ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, cons
   } catch (const PartsDiffer&) {
     throw;  // with other options they would be taken
   } catch (const Error& e) {
-    // A refusal of the data, or a file of that name that is somebody's own, becomes a row of the table. Other errors
-    // end the run.
-    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage && e.code() != ExitCode::kCorruptInput)
-      throw;
+    if (!BecomesARow(e)) throw;
     c.refused = e.what();
   }
   c.build_s = SecondsSince(start);
@@ -231,6 +240,8 @@ void MakeForUse(const Scene& scene, const std::vector<Recipe>& recipes, ProxyCan
     const ProxySummary made = recipe->run({scene.folder, c.name, {}, false}, progress);
     c.faces = made.faces;
     c.closed = made.closed;
+  } catch (const PartsDiffer&) {
+    throw;  // as in Make
   } catch (const Error& e) {
     if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage) throw;
     c.refused = e.what();
@@ -366,7 +377,15 @@ DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, Progr
     if (!recipe || !recipe->dense || MadeBefore(scene, *recipe)) continue;
     DenseRequest request;
     request.dense.stereo.width = *options.depth_width_px;
-    return RunDensePart({scene.folder, name, {}, false, without}, request, part, progress);
+    try {
+      return RunDensePart({scene.folder, name, {}, false, without}, request, part, progress);
+    } catch (const PartsDiffer&) {
+      throw;
+    } catch (const Error& e) {
+      if (!BecomesARow(e)) throw;
+      progress.Message(fmt::format("no depth maps: {}", e.what()));
+      break;
+    }
   }
   return {.folder = {}, .part = part, .stereo = {}, .seconds = 0};
 }

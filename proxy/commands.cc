@@ -214,13 +214,13 @@ SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const Silho
   std::optional<StageRecord> record;
   if (output.empty()) {
     RequireKeepsProxies(scene);
-    lock.emplace(scene.folder);
     record.emplace(scene.folder, SilhouettesWanted(scene, source, clean));
     if (auto before = record->Before<SilhouettesSummary>()) {
       before->reused = true;
       before->seconds = SecondsSince(start);
       return *before;
     }
+    lock.emplace(scene.folder);
   } else {
     RemoveStaleTemporaries(output);
   }

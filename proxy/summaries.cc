@@ -87,8 +87,10 @@ std::string Describe(const DepthPartSummary& s) {
   std::string out =
       fmt::format("part {} of {}: depth maps of {} photos, {:.1f} s", s.part.index, s.part.count, done, s.seconds);
   if (s.stereo.unfinished > 0)
-    out += fmt::format("\n{} photos wait for maps of part {}: run that, then this part again", s.stereo.unfinished,
-                       fmt::join(s.stereo.waits_for, ", "));
+    out += fmt::format("\n{} photos waited for maps of {}: run this part once more", s.stereo.unfinished,
+                       s.stereo.waits_for.empty()
+                           ? std::string("other parts, which are there now")
+                           : fmt::format("part {}, which is to be run before", fmt::join(s.stereo.waits_for, ", ")));
   return out;
 }
 

@@ -289,8 +289,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& given_options, Progress
   RequireUsableOutput(options);
   Capture photos = PhotosToUse(options, is_video, several_videos, sink);
 
-  const FolderLock lock(options.scene);
-  fs::create_directories(options.scene / "provenance");
+  // Before the lock: later stages may be working in a scene that is up to date.
   Provenance wanted = WantedProvenance(options);
   const auto before = fs::exists(options.scene / "lumigraph.json", ec) &&
                               fs::exists(options.scene / kSummaryFile, ec) && IsUpToDate(options.scene, wanted)
@@ -305,6 +304,8 @@ ReconstructSummary Reconstruct(const ReconstructOptions& given_options, Progress
     return summary;
   }
 
+  const FolderLock lock(options.scene);
+  fs::create_directories(options.scene / "provenance");
   const fs::path work_folder = options.scene / "colmap";
   fs::create_directories(work_folder);
   ColmapProgram colmap(work_folder / "colmap.log", sink);

@@ -132,7 +132,13 @@ class SlurmExecutor final : public Executor {
   SiblingAnswer Run(const ExecutedStage& stage, ProgressSink& progress) override {
     CheckInterrupted();
     Job job = JobFor(stage, progress);
-    return ToItsEnd(stage, job, progress);
+    const bool earlier = job.earlier;
+    const SiblingAnswer answer = ToItsEnd(stage, job, progress);
+    if (!earlier || !stage.wanted.empty()) return answer;
+    // The job's inputs may have changed since it began: the program is run again and finds out.
+    job.id.clear();
+    const SiblingAnswer again = ToItsEnd(stage, job, progress);
+    return HadNothingToDo(again.summary) ? answer : again;
   }
 
   std::vector<SiblingAnswer> RunAll(const std::vector<ExecutedStage>& stages, const std::string& task,
@@ -154,19 +160,21 @@ class SlurmExecutor final : public Executor {
       std::vector<std::jthread> followers;
       for (std::size_t t = 0; t < std::min(kMostFollowed, stages.size()); ++t)
         followers.emplace_back([&] {
-          for (std::size_t i; (i = next++) < stages.size(); steps.Step()) {
+          for (std::size_t i; (i = next++) < stages.size();) {
             NamedRemarks remarks(progress, mutex, {});
             try {
               answers[i] = ToItsEnd(stages[i], jobs[i], remarks);
+              steps.Step();
             } catch (...) {
               failures[i] = std::current_exception();
             }
           }
         });
     }
-    RemoveArrays();
+    // Where a task failed, its array's folder says more; where one goes on, it works there.
     for (const std::exception_ptr& failure : failures)
       if (failure) std::rethrow_exception(failure);
+    RemoveArrays();
     return answers;
   }
 
@@ -193,40 +201,30 @@ class SlurmExecutor final : public Executor {
   }
 
   SiblingAnswer ToItsEnd(const ExecutedStage& stage, Job& job, ProgressSink& progress) {
-    const bool earlier = job.earlier;
-    const SiblingAnswer answer = ToItsEnd(stage, job.command, job.files, job.id, earlier, progress);
-    if (!earlier || !stage.wanted.empty()) return answer;
-    // The job's inputs may have changed since it began: the program is run again and finds out.
-    job.id.clear();
-    const SiblingAnswer again = ToItsEnd(stage, job.command, job.files, job.id, false, progress);
-    return HadNothingToDo(again.summary) ? answer : again;
-  }
-
-  SiblingAnswer ToItsEnd(const ExecutedStage& stage, const std::vector<std::string>& command, const JobFiles& files,
-                         std::string& id, bool earlier, ProgressSink& progress) {
+    std::string& id = job.id;
     for (int submission = 1;; ++submission) {
       if (id.empty()) {
-        id = Submit(stage, command, files);
+        id = Submit(stage, job.command, job.files);
         progress.Message(fmt::format("{}: job {}", stage.name, id));
       }
       try {
-        if (auto answer = Follow(stage, id, files, earlier, progress)) return *std::move(answer);
+        if (auto answer = Follow(stage, id, job.files, job.earlier, progress)) return *std::move(answer);
       } catch (const Interrupted&) {
         if (InterruptRequested())
           progress.Message(fmt::format("{}: job {} goes on; the same command follows it, and scancel {} ends it",
                                        stage.name, id, id));
         else  // the program was interrupted on its node
           throw MachineError(fmt::format("{}: job {} was ended on its node", stage.name, id),
-                             "the same command goes on from there", files.folder);
+                             "the same command goes on from there", job.files.folder);
         throw;
       }
       if (submission == kMostSubmissions)
         throw MachineError(fmt::format("{}: lost its node {} times", stage.name, kMostSubmissions),
-                           "sinfo says which nodes are down", files.folder);
-      progress.Message(earlier
+                           "sinfo says which nodes are down", job.files.folder);
+      progress.Message(job.earlier
                            ? fmt::format("{}: job {} is gone, and is submitted again", stage.name, id)
                            : fmt::format("{}: job {} was lost with its node, and is submitted again", stage.name, id));
-      earlier = false;
+      job.earlier = false;
       id.clear();
     }
   }
@@ -392,7 +390,9 @@ class SlurmExecutor final : public Executor {
         looked.Lap();
         const Printed p = Command({"scontrol", "show", "job", id, "--oneliner"});
         const JobState job = JobStateFrom(p.out);
-        const bool unknown = p.code != 0 && p.said.find("Invalid job id") != std::string::npos;
+        // Of an array's task it says so in other words, and on the other stream.
+        const bool unknown = p.code != 0 && (p.said.find("Invalid job id") != std::string::npos ||
+                                             p.out.find("not found") != std::string::npos);
         if (p.code != 0 && !unknown) {
           // The controller may be restarting: jobs go on without it.
           if (silent_at < 0) silent_at = followed.Seconds();
@@ -440,9 +440,9 @@ class SlurmExecutor final : public Executor {
     if (job.state == "OUT_OF_MEMORY")
       fail("ran out of memory", "give it more: --sbatch-option=--mem=MEGABYTES; what it finished is kept");
     if (job.state == "FAILED" || job.state == "COMPLETED")
-      fail(
-          fmt::format("ended ({}) without an answer", job.state),
-          "its folder, these programs and the scene must be at the same paths on all nodes; slurm.txt there says more");
+      fail(fmt::format("ended ({}) without an answer", job.state),
+           "its folder, these programs and the scene must be at the same paths on all nodes; slurm.txt there, or the "
+           "array's slurm-K.txt beside it, says more");
   }
 
   std::optional<SiblingAnswer> Answer(const ExecutedStage& stage, const std::string& id, const std::string& ended,

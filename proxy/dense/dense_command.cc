@@ -165,8 +165,8 @@ static Provenance DepthsWanted(const Scene& scene, const DenseRequest& r) {
 }
 
 static std::string StageOfPart(const ProxyTarget& target, const Part& part) {
-  const std::string without = target.leave_out == 0 ? "" : fmt::format("-without-{}", target.leave_out);
-  return fmt::format("depth-maps{}-part-{}-of-{}", without, part.index, part.count);
+  const std::string kind = MapsFolderName(target).substr(std::string("planes").size());  // "-without-8"
+  return fmt::format("depth-maps{}-part-{}-of-{}", kind, part.index, part.count);
 }
 
 DepthPartSummary RunDensePart(const ProxyTarget& target, const DenseRequest& given, const Part& part,

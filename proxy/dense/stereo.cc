@@ -95,17 +95,17 @@ double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {
 }
 
 StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,
-                       ProgressSink& progress, const std::filesystem::path& given, int last_round)
+                       ProgressSink& progress, const std::filesystem::path& given, int rounds_made)
     : scene_(scene), options_(options) {
   const Stopwatch watch;
   Open(folder, given, progress);
   const std::array<StereoRound, kRounds> rounds = Rounds(options.iterations);
   Progress steps(progress, "depth maps", WorkOf(rounds));
-  for (int r = 0; r < last_round; ++r) {
+  for (int r = 0; r < rounds_made; ++r) {
     Match(rounds[static_cast<std::size_t>(r)], r, steps);
     RemoveBetween(r - 1);
   }
-  if (last_round == kRounds) store_->ForgetParts();
+  if (rounds_made == kRounds) store_->ForgetParts();
   summary_.seconds = watch.Seconds();
 }
 
@@ -134,7 +134,7 @@ StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const s
         others.insert(PartWith(other, scene.views.size(), part.count));
   }
   summary_.waits_for.assign(others.begin(), others.end());
-  store_->Flush(names, kRounds);
+  store_->Flush(names);
   summary_.seconds = watch.Seconds();
 }
 
@@ -147,23 +147,25 @@ void StereoMaps::Open(const std::filesystem::path& folder, const std::filesystem
   const Part::Range range = part_ ? part_->RangeOf(photos) : Part::Range{0, photos};
   mine_.assign(photos, false);
   for (std::size_t v = range.begin; v < range.end; ++v) mine_[v] = takes_part_[v] && !given_[v];
-  store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options_.memory_mb) << 20, part_);
-  std::vector<std::string> names;
-  for (std::size_t v = 0; v < photos; ++v)
-    if (takes_part_[v] && !given_[v]) names.push_back(scene_.views[v].name);
-  if (!store_->IsWhole(names, kRounds)) {
-    if (part_)
-      throw UsageError(fmt::format("{} lacks maps that others were made from", folder.string()), "remove the folder");
-    store_->RemoveAll(names, kRounds);
+  StoredMaps maps{.rounds = kRounds};
+  std::vector<std::string> mine;
+  for (std::size_t v = 0; v < photos; ++v) {
+    if (takes_part_[v] && !given_[v]) maps.photos.push_back(scene_.views[v].name);
+    if (mine_[v]) mine.push_back(scene_.views[v].name);
   }
+  store_ = std::make_unique<DepthStore>(folder, Key(), static_cast<std::size_t>(options_.memory_mb) << 20,
+                                        std::move(maps), part_);
+  store_->RemoveDamaged(mine);
   TakeGiven(given);
   ReadPhotos(progress);
   next_.assign(photos, kRounds);
-  for (std::size_t v = 0; v < photos; ++v) {
-    if (mine_[v]) {
-      next_[v] = store_->LastRound(scene_.views[v].name, kRounds) + 1;
-      summary_.reused += static_cast<std::size_t>(next_[v]);
+  const std::vector<int> next = store_->NextRounds();
+  for (std::size_t v = 0, i = 0; v < photos; ++v) {
+    if (takes_part_[v] && !given_[v]) {
+      if (mine_[v]) next_[v] = next[i];
+      ++i;
     }
+    if (mine_[v]) summary_.reused += static_cast<std::size_t>(next_[v]);
     if (mine_[v] || given_[v]) summary_.pixels += pictures_[v].grey.data.size();
   }
   if (part_) summary_.photos = static_cast<std::size_t>(std::ranges::count(mine_, true));

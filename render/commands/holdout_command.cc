@@ -138,6 +138,7 @@ void RenderHeldOut(RenderJob& job) {
   s.ms_per_frame = errors.ms_per_frame;
   s.coverage = errors.mean.coverage;
   s.samples = errors.samples;
+  s.wrote = h.folder;
   s.optimum = errors.optimum;
 }
 

@@ -267,6 +267,7 @@ void RenderPath(RenderJob& job) {
     video->Finish();
     figures.video = video_file.generic_string();
   }
+  job.summary.wrote = video ? video_file : frames;
   job.summary.frames = static_cast<long>(end - begin);
   if (times.empty()) return;
   const auto n = static_cast<double>(times.size());

@@ -16,6 +16,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
+#include "scene/program/whole_number.h"
 
 namespace lumi {
 namespace {
@@ -135,15 +136,6 @@ void RequireNothingIgnored(const RenderOptions& o) {
     throw UsageError("--width and --height take 1 to " + std::to_string(kMaxPictureSide));
   if (!(o.seconds > 0 && o.seconds <= 3600) || !(o.fps > 0 && o.fps <= 240))
     throw UsageError("--seconds takes up to 3600, --fps up to 240");
-}
-
-// All of `text` as a number of at most nine digits.
-std::optional<int> WholeNumber(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || text.size() > 9 || error != std::errc() || end != text.data() + text.size() || value < 0)
-    return std::nullopt;
-  return value;
 }
 
 }  // namespace

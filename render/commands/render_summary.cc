@@ -176,7 +176,11 @@ std::string Describe(const RenderSummary& s) {
     text += fmt::format("{:<13} {:<4} {}{}\n", e.name, e.on ? "on" : "off", Reason(e),
                         e.on && e.cost_ms ? fmt::format(" ({:.1f} ms)", *e.cost_ms) : "");
   const std::string each = s.ms_per_frame ? fmt::format("{:.1f} ms each", *s.ms_per_frame) : "all there already";
-  return text + fmt::format("{} frames, {}, proxy {}, {}", s.frames, each, s.proxy, s.device);
+  if (s.scale)
+    text += fmt::format("{:<13} dark {:g} to bright {:g} {}\n", s.scale->measure, s.scale->low, s.scale->high,
+                        s.scale->unit);
+  text += fmt::format("{} frames, {}, proxy {}, {}", s.frames, each, s.proxy, s.device);
+  return s.wrote.empty() ? text : text + "\nwrote " + s.wrote.string();
 }
 
 }  // namespace lumi

@@ -1,6 +1,7 @@
 // What lumi-render did: of a path, one view, or the held-out photos.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -79,6 +80,7 @@ struct KeptBudget {
 
 struct RenderSummary {
   long frames = 0;
+  std::filesystem::path wrote;                   // the picture, the film, or the folder of the frames; empty: nothing
   std::optional<double> ms_per_frame, coverage;  // nullopt: all frames were there already
   std::optional<PathFigures> path;               // one of the three
   std::vector<ViewFigures> views;                // the one of --view

@@ -110,14 +110,16 @@ void RenderOneView(RenderJob& job) {
   const std::filesystem::path stem =
       o.output / (OutputName(job.scene().views, view.name) + (o.show == "color" ? "" : "_" + o.show));
   TellPhotos(job, request, stem, figures);
+  std::string file = stem.string() + "." + o.format;
   if (o.show == "cameras" || o.show == "difference")
-    WriteImage(stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
+    WriteImage(file = stem.string() + (o.format == "jpg" ? ".jpg" : ".png"),
                o.show == "cameras" ? job.CamerasAround(request.view) : DifferenceImage(rendered, photo));
   else {
     // Holes are filled only in the file: the figures above are of what photos saw.
     if (job.Fills()) FillAndMark(image);
     job.Write(stem, image);
   }
+  job.summary.wrote = file;
 }
 
 }  // namespace lumi

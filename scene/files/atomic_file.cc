@@ -19,6 +19,7 @@
 
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
+#include "scene/program/interrupt.h"
 #include "scene/program/out_of_memory.h"
 
 namespace lumi {
@@ -167,7 +168,10 @@ void RemoveStaleTemporaries(const fs::path& folder) {
   std::map<fs::path, std::vector<fs::path>> found;  // by folder
   for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error), end;
        !error && it != end; it.increment(error))
-    if (IsTemporary(it->path())) found[it->path().parent_path()].push_back(it->path());
+    if (fs::is_directory(it->path(), error) && fs::exists(it->path() / kMadeInParts, error))
+      it.disable_recursion_pending();
+    else if (IsTemporary(it->path()))
+      found[it->path().parent_path()].push_back(it->path());
   for (const auto& [in, temporaries] : found) RemoveStale(in, temporaries);
 }
 
@@ -264,7 +268,13 @@ FolderLock::FolderLock(const fs::path& folder, Kind kind) : kind_(kind), path_(f
   for (;;) {
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd_ < 0) throw CannotWrite(path_, errno);
-    if (::flock(fd_, (kind == kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) != 0) {
+    const int wanted = kind == kInTurn ? LOCK_EX : kind == kAlone ? LOCK_EX | LOCK_NB : LOCK_SH | LOCK_NB;
+    if (::flock(fd_, wanted) != 0) {
+      if (errno == EINTR) {
+        ::close(std::exchange(fd_, -1));
+        CheckInterrupted();
+        continue;
+      }
       if (--tries > 0) {
         ::close(std::exchange(fd_, -1));
         std::this_thread::sleep_for(kPause);
@@ -289,7 +299,7 @@ FolderLock::FolderLock(const fs::path& folder, Kind kind) : kind_(kind), path_(f
   const std::string pid = fmt::format("{}\n", ::getpid());
   if (::ftruncate(fd_, 0) != 0 || ::pwrite(fd_, pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
     const int reason = errno;
-    if (kind == kAlone) ::unlink(path_.c_str());
+    if (kind != kWithOthers) ::unlink(path_.c_str());
     ::close(std::exchange(fd_, -1));
     throw CannotWrite(path_, reason);
   }
@@ -299,7 +309,7 @@ FolderLock::FolderLock(const fs::path& folder, Kind kind) : kind_(kind), path_(f
 FolderLock::~FolderLock() {
   if (fd_ < 0) return;
   // The last one removes the file.
-  if (kind_ == kAlone || ::flock(fd_, LOCK_EX | LOCK_NB) == 0) ::unlink(path_.c_str());
+  if (kind_ != kWithOthers || ::flock(fd_, LOCK_EX | LOCK_NB) == 0) ::unlink(path_.c_str());
   ::close(fd_);
 }
 

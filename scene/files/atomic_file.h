@@ -35,7 +35,9 @@ class FolderInUse {
 
 // Removes the temporaries that killed processes left in a folder and below it. What another run is writing now stays: a
 // temporary is kept where its folder is in use (see above) or where the process whose number stands in its name runs.
-// If another process has that number by now, the temporary is kept for a day at most.
+// If another process has that number by now, the temporary is kept for a day at most. Folders that hold kMadeInParts
+// are passed over: processes of other machines may be writing there.
+inline constexpr const char* kMadeInParts = "parts.txt";
 void RemoveStaleTemporaries(const std::filesystem::path& folder);
 // The same for the temporaries of one file, which lie beside it.
 void RemoveStaleTemporariesOf(const std::filesystem::path& file);
@@ -58,8 +60,9 @@ std::string ReadText(const std::filesystem::path& path, std::size_t max_bytes = 
 // left (RemoveStaleTemporaries).
 class FolderLock {
  public:
-  // kWithOthers: together with others that say the same, as parts of one work.
-  enum Kind { kAlone, kWithOthers };
+  // kWithOthers: together with others that say the same, as parts of one work. kInTurn: waits until it is free; for
+  // locks that are held for moments.
+  enum Kind { kAlone, kWithOthers, kInTurn };
   explicit FolderLock(const std::filesystem::path& folder, Kind kind = kAlone);  // creates the folder
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

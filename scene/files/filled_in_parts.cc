@@ -1,6 +1,7 @@
 #include "scene/files/filled_in_parts.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <vector>
@@ -11,8 +12,6 @@
 namespace lumi {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr const char* kParts = "parts.txt";  // the files were made in parts, perhaps by several machines
 
 std::vector<std::string> Split(const std::string& text, const std::string& at) {
   std::vector<std::string> pieces;
@@ -61,15 +60,17 @@ void FilledInParts::Join(const std::string& text) const {
       if (counts_(entry.path()))
         throw UsageError(fmt::format("{} holds {} of a run that did not say what they are of", folder_.string(), what_),
                          "remove the folder");
-    const fs::path own = folder_ / fmt::format(".{}-{}", stamp_, HashOf(text));
+    char host[64] = {};
+    (void)::gethostname(host, sizeof host - 1);
+    const fs::path own = folder_ / fmt::format(".{}-{}-{}", stamp_, HashOf(host), ::getpid());
     WriteTextAtomically(own, text);
     std::error_code taken;  // set where another part made the stamp first
     fs::create_hard_link(own, stamp(), taken);
-    if (taken && !fs::exists(stamp())) fs::copy_file(own, stamp(), taken);  // no hard links
     fs::remove(own, taken);
+    if (!fs::exists(stamp())) WriteTextAtomically(stamp(), text);  // no hard links
   }
   if (const std::string there = ReadText(stamp()); there != text) Refuse(there, text);
-  if (!MadeInParts()) WriteTextAtomically(folder_ / kParts, "");
+  if (!MadeInParts()) WriteTextAtomically(folder_ / kMadeInParts, "");
 }
 
 bool FilledInParts::Keeps(const std::string& text) const {
@@ -85,12 +86,12 @@ void FilledInParts::Stamp(const std::string& text) const { WriteTextAtomically(s
 
 bool FilledInParts::MadeInParts() const {
   std::error_code error;
-  return fs::exists(folder_ / kParts, error);
+  return fs::exists(folder_ / kMadeInParts, error);
 }
 
 void FilledInParts::ForgetParts() const {
   std::error_code error;
-  fs::remove(folder_ / kParts, error);
+  fs::remove(folder_ / kMadeInParts, error);
 }
 
 }  // namespace lumi

@@ -1,29 +1,17 @@
 #include "scene/program/part.h"
 
-#include <charconv>
 #include <optional>
 #include <string_view>
 
 #include "scene/program/error.h"
+#include "scene/program/whole_number.h"
 
 namespace lumi {
-namespace {
-
-// All of `text` as a number of at most nine digits.
-std::optional<int> CountFrom(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || text.size() > 9 || error != std::errc() || end != text.data() + text.size() || value < 0)
-    return std::nullopt;
-  return value;
-}
-
-}  // namespace
 
 Part PartFrom(const std::string& text) {
   const std::size_t slash = text.find('/');
-  const auto index = CountFrom(std::string_view(text).substr(0, slash));
-  const auto count = slash == std::string::npos ? std::nullopt : CountFrom(std::string_view(text).substr(slash + 1));
+  const auto index = WholeNumber(std::string_view(text).substr(0, slash));
+  const auto count = slash == std::string::npos ? std::nullopt : WholeNumber(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count) throw UsageError("--shard takes i/n, from 0/n to n-1/n; not " + text);
   return {*index, *count};
 }

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <thread>
 
+#include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/subprocess.h"
 #include "tests/support/bad_input.h"
@@ -105,6 +106,23 @@ TEST_F(SlurmCluster, GivesTheBytesOfARunWithoutOne) {
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(fs::last_write_time(scene / "fly-through.mp4"), film);
   EXPECT_LT(again.seconds, there.seconds);
+}
+
+TEST_F(SlurmCluster, DepthMapsAsAJobArrayGiveTheProxyOfARunWithoutOne) {
+  const auto run = [&](const std::string& scene, const std::vector<std::string>& more) {
+    std::vector<std::string> argv{"lumi-pipeline", capture_.photos().string(), "-o", (capture_ / scene).string()};
+    argv.insert(argv.end(), {"--poses", (capture_.path() / "truth/sparse").string(), "--proxy", "dense", "--holdout",
+                             "0", "--no-video", "--no-web", "--threads", "1"});
+    if (scene == "there") argv.insert(argv.end(), {"--database", (capture_ / "here/colmap/database.db").string()});
+    argv.insert(argv.end(), more.begin(), more.end());
+    return RunProgram(argv);
+  };
+  ASSERT_EQ(run("here", {}).exit_code, 0);
+  const ProgramResult there = run("there", {"--executor", "slurm", "--parts", "3"});
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_NE(there.err.find("job array"), std::string::npos);
+  EXPECT_EQ(ReadText(capture_ / "here/proxies/dense.ply"), ReadText(capture_ / "there/proxies/dense.ply"));
+  EXPECT_FALSE(fs::exists(capture_ / "there/provenance/jobs"));
 }
 
 TEST_F(SlurmCluster, ANodeIsKilledTheControllerRestartedTheSubmitterKilled) {

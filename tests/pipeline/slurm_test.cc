@@ -11,11 +11,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <mutex>
 #include <thread>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
+#include "scene/program/interrupt.h"
 #include "tests/support/fake_slurm.h"
 
 namespace lumi {
@@ -27,10 +29,18 @@ using testing::Not;
 
 struct Heard final : ProgressSink {
   void Report(const std::string& task, long done, long total, double, double) override {
+    const std::lock_guard lock(mutex);
     all += task + " " + std::to_string(done) + "/" + std::to_string(total) + "\n";
   }
-  void Finish(const std::string& task, long, double) override { all += task + " done\n"; }
-  void Message(const std::string& line) override { all += line + "\n"; }
+  void Finish(const std::string& task, long, double) override {
+    const std::lock_guard lock(mutex);
+    all += task + " done\n";
+  }
+  void Message(const std::string& line) override {
+    const std::lock_guard lock(mutex);
+    all += line + "\n";
+  }
+  std::mutex mutex;
   std::string all;
 };
 
@@ -150,6 +160,44 @@ TEST_F(Slurm, OfAnArraysTasksThatFailTheFirstOnesFailureIsThrownWhenAllHaveEnded
   }
   EXPECT_EQ(Lines("runs"), 2);
   EXPECT_TRUE(fs::exists(jobs())) << "the failed one's lines stay";
+  // The next run of all submits that one again, and tidies up.
+  WriteShellProgram(bin() / "lumi-fake", "echo '{\"said\":\"better\"}'\n");
+  MakeSlurmExecutor(Options())->RunAll({Named("a"), Named("fail"), Named("c")}, "all three", heard_);
+  EXPECT_FALSE(fs::exists(jobs()));
+}
+
+TEST_F(Slurm, CtrlCLeavesAnArraysTasksInTheQueueAndTheFolderTheyStartIn) {
+  Do(1, "wait");
+  const pid_t run = ::fork();
+  if (run == 0) {
+    InstallInterruptHandler();
+    Heard heard;
+    try {
+      MakeSlurmExecutor(Options())->RunAll({Named("a"), Named("b")}, "both", heard);
+    } catch (const Interrupted&) {
+      ::_exit(heard.all.find("a: job 1_0 goes on") != std::string::npos ? 130 : 1);
+    }
+    ::_exit(0);
+  }
+  while (Lines("submitted") == 0 || Lines("count") == 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  ::kill(run, SIGINT);
+  int status = 0;
+  ::waitpid(run, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  bool array = false;
+  for (const auto& entry : fs::directory_iterator(jobs()))
+    array |= entry.path().filename().string().starts_with("array-");
+  EXPECT_TRUE(array);
+  WriteTextAtomically(folder_ / "go", "");
+}
+
+TEST_F(Slurm, AnArraysTaskThatTheControllerForgotIsSubmittedAgain) {
+  Do(1, "forgotten 1");
+  MakeSlurmExecutor(Options())->RunAll({Named("a"), Named("b")}, "both", heard_);
+  EXPECT_THAT(heard_.all, HasSubstr("b: job 1_1 was lost with its node"));
+  EXPECT_EQ(Lines("submitted"), 2);
 }
 
 TEST_F(Slurm, ASecondStartFollowsTheTasksOfAnArrayWhoseSubmitterWasKilled) {

@@ -447,59 +447,74 @@ TEST(DepthStore, KeepsWhatWasFinishedAndForgetsOtherScenes) {
   }
   {
     DepthStore again(folder / "maps", "one", 1 << 20);
-    EXPECT_EQ(again.LastRound("a", 4), 1);
     EXPECT_TRUE(again.Has("a", 1));
     EXPECT_FALSE(again.Has("a", 0));
     again.Remove("a", 1);
-    EXPECT_EQ(again.LastRound("a", 4), -1);
+    EXPECT_FALSE(again.Has("a", 1));
   }
   DepthStore other(folder / "maps", "two", 1 << 20);
-  EXPECT_EQ(other.LastRound("b", 4), -1);
+  EXPECT_FALSE(other.Has("b", 1));
 }
 
-TEST(DepthStore, IsWholeWhereEachPhotoHasAllFromTheLeastLastRoundOn) {
-  const auto whole = [](const std::vector<std::vector<int>>& rounds_of_photos) {
+TEST(DepthStore, APhotoIsAtTheFirstRoundThatIsMissingAfterOneThatAllHave) {
+  const auto next = [](const std::vector<std::vector<int>>& rounds_of_photos) {
     const TemporaryFolder folder;
-    DepthStore store(folder / "maps", "key", 1 << 20);
-    std::vector<std::string> photos;
-    for (const std::vector<int>& rounds : rounds_of_photos) {
-      photos.push_back(std::string(1, static_cast<char>('a' + photos.size())));
-      for (const int round : rounds) store.Store(photos.back(), round, DepthMap(2, 2));
-    }
-    return store.IsWhole(photos, 4);
+    StoredMaps maps{.rounds = 4};
+    for (std::size_t i = 0; i < rounds_of_photos.size(); ++i)
+      maps.photos.push_back(std::string(1, static_cast<char>('a' + i)));
+    DepthStore store(folder / "maps", "key", 1 << 20, maps);
+    for (std::size_t i = 0; i < rounds_of_photos.size(); ++i)
+      for (const int round : rounds_of_photos[i]) store.Store(maps.photos[i], round, DepthMap(2, 2));
+    return store.NextRounds();
   };
-  EXPECT_TRUE(whole({{}, {}}));
-  EXPECT_TRUE(whole({{3}, {3}})) << "finished";
-  EXPECT_TRUE(whole({{1}, {1, 2}})) << "killed in round 2";
-  EXPECT_TRUE(whole({{1, 2}, {2}})) << "killed while round 1 was removed";
-  EXPECT_TRUE(whole({{0, 1, 2}, {0}, {}})) << "parts, one of which has not begun";
-  EXPECT_FALSE(whole({{3}, {}}));
-  EXPECT_FALSE(whole({{3}, {2}}));
-  EXPECT_FALSE(whole({{0, 2}, {0}}));
+  using testing::ElementsAre;
+  EXPECT_THAT(next({{}, {}}), ElementsAre(0, 0));
+  EXPECT_THAT(next({{3}, {3}}), ElementsAre(4, 4)) << "finished";
+  EXPECT_THAT(next({{1}, {1, 2}}), ElementsAre(2, 3)) << "killed in round 2";
+  EXPECT_THAT(next({{1, 2}, {2}}), ElementsAre(3, 3)) << "killed while round 1 was removed";
+  EXPECT_THAT(next({{0, 1, 2}, {0}, {}}), ElementsAre(3, 1, 0)) << "parts, one of which has not begun";
+  EXPECT_THAT(next({{0, 2, 3}, {0, 1, 2}}), ElementsAre(4, 3)) << "a hole that nobody reads any more";
+  EXPECT_THAT(next({{0, 2}, {0}}), ElementsAre(1, 1)) << "a hole is filled";
+  // What others were made from is gone: from the beginning.
+  EXPECT_THAT(next({{3}, {}}), ElementsAre(0, 0));
+  EXPECT_THAT(next({{3}, {2}}), ElementsAre(0, 0));
 }
 
 TEST(DepthStore, OnlyPartsOfTheSameKeyFillOneFolder) {
   const TemporaryFolder folder;
-  const std::string key = "width 96\ncamera a 1 2\n";
-  { DepthStore(folder / "maps", key, 1 << 20, Part{0, 2}).Store("a", 0, DepthMap(2, 2)); }
-  const auto refused = [&](const std::string& other, std::optional<Part> part) {
+  const std::string key = "width 96\ncamera a 1 2\n", file = DepthStore::FileName("a", 0);
+  const StoredMaps maps{{"a", "b"}, 1};
+  const auto open = [&](const std::string& with, std::optional<Part> part) {
+    return DepthStore(folder / "maps", with, 1 << 20, maps, part);
+  };
+  const auto refused = [&](const std::string& with, std::optional<Part> part) {
     try {
-      DepthStore(folder / "maps", other, 1 << 20, part);
-    } catch (const UsageError& e) {
+      open(with, part);
+    } catch (const PartsDiffer& e) {
       return std::string(e.what());
     }
     return std::string();
   };
-  for (const std::optional<Part> part : {std::optional<Part>(), std::optional(Part{1, 2})}) {
+  const std::vector<std::optional<Part>> whole_or_part{std::nullopt, Part{1, 2}};
+  open(key, Part{0, 2}).Store("a", 0, DepthMap(2, 2));
+  for (const std::optional<Part>& part : whole_or_part) {
     EXPECT_THAT(refused("width 64\ncamera a 1 2\n", part), testing::HasSubstr("there width 96, here width 64"));
     EXPECT_THAT(refused("width 96\ncamera a 1 3\n", part), testing::HasSubstr("other cameras"));
     EXPECT_EQ(refused(key, part), "");
-    EXPECT_TRUE(std::filesystem::exists(folder / "maps" / DepthStore::FileName("a", 0)));
+    EXPECT_TRUE(std::filesystem::exists(folder / "maps" / file));
   }
-  // Maps that are complete are one run's: other options begin anew.
-  DepthStore(folder / "maps", key, 1 << 20).ForgetParts();
-  EXPECT_EQ(refused("width 64\n", {}), "");
-  EXPECT_FALSE(std::filesystem::exists(folder / "maps" / DepthStore::FileName("a", 0)));
+  // Maps that are complete are one run's: other options begin anew, whole or in parts.
+  for (const std::optional<Part>& part : whole_or_part) {
+    DepthStore whole = open(key, std::nullopt);
+    for (const char* photo : {"a", "b"}) whole.Store(photo, 0, DepthMap(2, 2));
+    whole.ForgetParts();
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "maps"))
+      EXPECT_FALSE(entry.is_directory()) << entry.path() << " is a part's";
+    open(key, Part{1, 2});  // a late one, which has nothing to make
+    EXPECT_EQ(refused("width 64\n", part), "");
+    EXPECT_FALSE(whole.Has("a", 0));
+    open("width 64\n", part).ForgetParts();
+  }
 }
 
 StereoOptions SmallStereo() {

@@ -5,6 +5,7 @@ brackets is left out, and of A|B the first is taken. INSTEAD has commands whose 
 and options that make a command quick; NOT_RUN those that need what a test does not have, with the reason.
 """
 
+import contextlib
 import json
 import os
 import re
@@ -17,11 +18,10 @@ import scenes
 
 PAGES = [scenes.SOURCE / "README.md", *sorted((scenes.SOURCE / "docs").glob("*.md"))]
 FENCE = re.compile(r"^\s*```")
-XVFB = shutil.which("xvfb-run")
 
 # Files of the reader's, and scenes of the pages' examples.
 WORDS = {
-    "SCENE": "scene", "desk": "scene", "plaza": "scene", "garden": "scene",
+    "SCENE": "scene", "desk": "scene",
     "PHOTOS": "capture/images", "IMAGES": "capture/images", "INPUT": "capture/images", "photos": "capture/images",
     "WORKSPACE": "workspace", "transforms.json": "capture.json", "PHOTO": "desk_0000.jpg", "NAME": "delaunay",
     "DENSE": "dense", "DENSE/stereo": "dense/stereo", "DENSE/meshed-poisson.ply": "dense/meshed-poisson.ply",
@@ -33,9 +33,8 @@ WORDS = {
 PAGE_WORDS = {
     "stabilize.md": {"SCENE": "steady", "INPUT": "film/video.mp4"},
     "timeperiodic.md": {"SCENE": "lamp", "VIDEO": "lamp-film/video.mp4", "T": "15.37"},
-    "reconstruct.md": {"FOLDER": "clips"},
 }
-MADE = {"SCENE": "made", "garden": "made", "OUT": "out", "DIR": "dir", "FILE.json": "made.json", "FOLDER": "made",
+MADE = {"SCENE": "made", "scene": "made", "OUT": "out", "DIR": "dir", "FILE.json": "made.json", "FOLDER": "made",
         "PATH.json": "made.json", "FILE.html": "made.html", "FILE.glb": "made.glb", "transforms.json": "made.json",
         "CAPTURE": "simulated"}
 
@@ -49,8 +48,11 @@ QUICK = [
     (r"lumi-pipeline .*--stabilize", "--no-score"),
     (r"lumi-pipeline .*--tradeoff", "--no-video --no-web --holdout 4 --minutes 0.01"),
     (r"lumi-pipeline .*--batch", "--proxy plane --no-web --seconds 0.2 --width 160"),
-    (r"lumi-pipeline", "--seconds 0.2 --width 160"),
-    (r"lumi-proxy dense .*--tradeoff", "--choose-width 96"),
+    (r"lumi-pipeline .*--minutes", "--seconds 0.2 --width 160"),
+    (r"lumi-pipeline", "--seconds 0.2 --width 160 --proxy-minutes 0"),
+    (r"lumi-proxy dense .*--tradeoff", "--choose-width 96 --width 96"),
+    (r"lumi-proxy dense", "--width 96"),
+    (r"lumi-proxy auto", "--proxy-minutes 0"),
 ]
 # By page and a part of the line as it is shown.
 INSTEAD = [
@@ -63,21 +65,27 @@ INSTEAD = [
     ("proxy.md", "lumi-proxy silhouettes", "lumi-proxy silhouettes scene --rule 'R + G + B > 100'"),
     ("proxy.md", "lumi-proxy hull", "lumi-proxy hull car --silhouettes car/truth/silhouettes"),
     ("reconstruct.md", "lumi-reconstruct IMAGES", "lumi-reconstruct capture/images -o made"),
-    ("reconstruct.md", "--measure A B", "lumi-reconstruct scene --measure '(0.1, 0, 0)' '(0, 0.2, 0)' 1.20"),
+    ("reconstruct.md", "--measure A B", "lumi-reconstruct scene --measure 0.1,0,0 0,0.2,0 1.20"),
+    ("render.md", "--path PATH.json", "lumi-render steady -o out --path path.json --proxy per-view --border fill"),
     ("simulate.md", "lumi-simulate SCENE.json", "lumi-simulate --example desk -o simulated --views 2 --width 64"),
     ("stabilize.md", "--view PHOTO", "lumi-render steady --view 3 -o out"),
     ("timeperiodic.md", "--poses dino_par.txt",
      "lumi-reconstruct capture/images -o made --poses capture/truth/sparse --times times.csv --matching sequential"),
+    ("timeperiodic.md", "lumi-timeperiodic calibrate",
+     "lumi-timeperiodic calibrate lamp-film/video.mp4 -o made --fixed-video lamp-film/fixed.mp4 --backend factorization"),
+    ("tradeoff.md", "--time-windows", "lumi-render tradeoff lamp -o out --time-windows --width 96"),
     ("timeperiodic.md", "--view dino0050.jpg", "lumi-render lamp -o out --view 5 --leave-out"),
-    ("tutorial.md", "--seconds 20", "lumi-render scene -o tour.mp4 --seconds 1 --width 160"),
+    ("tutorial.md", "lumi-pipeline capture/images", "lumi-pipeline capture/images -o made"),
+    ("tutorial.md", "--seconds 20", "lumi-render garden -o tour.mp4 --seconds 1 --width 160"),
     ("tutorial.md", "lumi-simulate", "lumi-simulate --example desk --views 24 --width 640 -o garden-photos"),
 ]
 NOT_RUN = [
     ("bad-input.md", "lumi-", "what a program says"),
     ("capture-fails.md", "lumi-pipeline: photos", "what a program says"),
-    ("cluster.md", "--executor slurm", "slurm_cluster_test and depth_map_parts_test run it"),
+    ("cluster.md", "SCENE --executor slurm", "slurm_cluster_test and depth_map_parts_test run it"),
     ("large.md", "lumi-proxy: ", "what a program says"),
-    ("pipeline.md", "dinosaur/images", "needs the dinosaur's photos: real_captures_test runs it"),
+    ("pipeline.md", "dinosaur/images", "needs the dinosaur's photos"),
+    ("reconstruct.md", "--clips FOLDER", "takes minutes: odd_photos_test runs it"),
 ]
 
 
@@ -120,7 +128,7 @@ def concrete(page, command):
         text = " ".join(words)
     options = next((more for begins, more in QUICK if re.match(begins, text)), "")
     if text.startswith("lumi-view"):
-        return f"xvfb-run -a {text}" if "--script" in text else f"xvfb-run -a {text} --no-ui --script quit"
+        return f"xvfb-run -a {text}" if "--script" in text else f"xvfb-run -a {text} --no-ui --script wait"
     return f"{text} {options}" if options and "--seconds" not in text else text
 
 
@@ -137,11 +145,16 @@ class World:
         shutil.copytree(self.folder / "capture/truth/sparse", self.folder / "workspace/sparse")
         run("lumi-pipeline workspace -o scene --proxy delaunay --holdout 0 --no-video --no-web")
         run("lumi-reconstruct export scene -o capture.json")
+        # The tutorial's scene, with the proxies that it makes on the way.
+        shutil.copytree(self.folder / "scene", self.folder / "garden")
+        run("lumi-proxy planes garden")
+        run("lumi-proxy planes garden --leave-out 8")
         # As COLMAP leaves its dense workspace: cameras, photos, maps, a mesh.
         shutil.copytree(self.folder / "workspace", self.folder / "dense")
         run("lumi-proxy dense scene --width 160 --depth-only -o dense/stereo")
         shutil.copy(self.folder / "scene/proxies/delaunay.ply", self.folder / "dense/meshed-poisson.ply")
         run("lumi-render methods scene -o methods --properties --methods ulr pulli-1997 --width 96 --views 1 --repeats 1")
+        run("lumi-simulate --example plaza --views 36 --width 96 -o plaza")
         run("lumi-simulate --example boards -o boards")
         run("lumi-simulate --example car --views 16 --width 160 -o car")
         run("lumi-simulate --example stage --width 96 --fixed-frames 12 -o stage")
@@ -150,6 +163,13 @@ class World:
         run("lumi-reconstruct film/video.mp4 -o steady --backend factorization --projective --all-frames")
         run("lumi-stabilize steady -o path.json --model smooth")
         self.film_of_a_lamp()
+        # The film's true camera, as ROS writes it.
+        focal_px, _, x_px, y_px = self.true_camera("film")
+        (self.folder / "camera.yaml").write_text(
+            f"image_width: {2 * x_px:.0f}\nimage_height: {2 * y_px:.0f}\ncamera_name: film\n"
+            f"camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{focal_px}, 0, {x_px}, 0, {focal_px}, {y_px}, 0, 0, 1]\n"
+            "distortion_model: plumb_bob\n"
+            "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n")
         photos = sorted(p.name for p in (self.folder / "capture/images").iterdir())
         (self.folder / "times.csv").write_text("".join(f"{p},{i / 10}\n" for i, p in enumerate(photos)))
         (self.folder / "list.txt").write_text("workspace\n")
@@ -169,11 +189,21 @@ class World:
         scene["fixed_video"]["frames"] = 60
         (self.folder / "lamp.json").write_text(json.dumps(scene))
         self.run("lumi-simulate lamp.json -o lamp-film")
-        focal_px = json.loads((self.folder / "lamp-film/truth/cameras.json").read_text())["views"][0]["params"][0]
         self.run("lumi-timeperiodic calibrate lamp-film/video.mp4 -o lamp --fixed-video lamp-film/fixed.mp4 "
-                 f"--backend factorization --focal-px {focal_px}")
+                 f"--backend factorization --focal-px {self.true_camera('lamp-film')[0]}")
         self.run("lumi-proxy plane lamp")
         shutil.copytree(self.folder / "lamp", self.folder / "lamp-scene")
+
+    def true_camera(self, capture):
+        return json.loads((self.folder / capture / "truth/cameras.json").read_text())["views"][0]["params"]
+
+    @contextlib.contextmanager
+    def copy(self):
+        """A folder as this one. Its files are links: programs replace files, and change none in place."""
+        with tempfile.TemporaryDirectory(dir=self.folder.parent) as folder:
+            here = os.path.join(folder, "here")
+            shutil.copytree(self.folder, here, copy_function=os.link)
+            yield here
 
     def run(self, command, folder=None):
         environment = dict(os.environ, PATH=f"{scenes.BIN}:{os.environ['PATH']}", XDG_CONFIG_HOME=str(self.folder))
@@ -198,9 +228,7 @@ class ShownCommands(unittest.TestCase):
             if text in done or (text.startswith("xvfb-run") and not shutil.which("xvfb-run")):
                 continue
             done.add(text)
-            with self.subTest(page=page, shown=command, run=text), tempfile.TemporaryDirectory() as folder:
-                here = os.path.join(folder, "here")
-                shutil.copytree(self.world.folder, here)
+            with self.subTest(page=page, shown=command, run=text), self.world.copy() as here:
                 result = self.world.run(text, here)
                 self.assertEqual(result.returncode, 0, result.stderr[-1500:])
         self.assertGreater(len(done), 80)

@@ -14,8 +14,8 @@ inline void WriteShellProgram(const std::filesystem::path& file, const std::stri
 }
 
 // sbatch, squeue and scontrol. What the Nth job does stands in do-N: nothing (it runs), or a word; of an array, "lost
-// K" is what task K does. `submitted` has the command lines, `queued` what squeue prints; jobs that wait run when `go`
-// is there, and no controller answers while `controller-down` is.
+// K" is what task K alone does. `submitted` has the command lines, `queued` what squeue prints; jobs that wait run when
+// `go` is there, and no controller answers while `controller-down` is.
 inline void WriteFakeSlurm(const std::filesystem::path& bin) {
   WriteShellProgram(bin / "sbatch", R"sh(n=$(($(cat "$FAKE/count" 2>/dev/null || echo 0) + 1))
 echo $n >"$FAKE/count"
@@ -28,11 +28,12 @@ for i in $([ -z "$last" ] && echo - || seq 0 $last); do
   name=$n
   [ $i = - ] || name=${n}_$i
   word=$do
-  case $do in "lost "*) [ "$do" = "lost $i" ] && word=lost || word= ;; esac
+  case $do in *" "*) [ "${do#* }" = "$i" ] && word=${do% *} || word= ;; esac
   run() { SLURM_JOB_ID=$name SLURM_ARRAY_TASK_ID=$i sh "$script"; echo COMPLETED >"$FAKE/state-$name"; }
   case $word in
     refuse) echo 'sbatch: error: invalid partition specified: nowhere' >&2; exit 1 ;;
     lost) echo NODE_FAIL >"$FAKE/state-$name" ;;
+    forgotten) ;;
     cancelled) echo CANCELLED >"$FAKE/state-$name" ;;
     timeout) echo TIMEOUT >"$FAKE/state-$name" ;;
     mute) echo COMPLETED >"$FAKE/state-$name" ;;
@@ -46,11 +47,17 @@ for i in $([ -z "$last" ] && echo - || seq 0 $last); do
 done
 echo "$n;cluster"
 )sh");
-  WriteShellProgram(bin / "squeue", "[ ! -e \"$FAKE/queued\" ] || cat \"$FAKE/queued\"\n");
+  // Of a job by a name that was submitted.
+  WriteShellProgram(bin / "squeue", R"sh(for word; do case $word in --name=*) name=${word#--name=} ;; esac; done
+[ -z "$name" ] || [ ! -e "$FAKE/queued" ] || ! grep -q -e "--job-name=$name " "$FAKE/submitted" || cat "$FAKE/queued"
+)sh");
   WriteShellProgram(bin / "scontrol",
                     R"sh([ ! -e "$FAKE/controller-down" ] ||
   { echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1; }
-[ -e "$FAKE/state-$3" ] || { echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1; }
+[ -e "$FAKE/state-$3" ] || case $3 in
+  *_*) echo "Job $3 not found"; exit 1 ;;
+  *) echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1 ;;
+esac
 echo "JobId=$3 JobName=lumi UserId=root(0) JobState=$(cat "$FAKE/state-$3") Reason=Resources Dependency=(null)"
 )sh");
 }
