@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <future>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
+#include "pipeline/named_remarks.h"
 #include "pipeline/qualities.h"
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
@@ -141,6 +145,7 @@ class Run {
     if (options_.holdout > 0) Evaluate(in_place);
     if (options_.video && TimeFor("video", options_.video_seconds * kFilmSecondsASecond)) MakeVideo();
     if (options_.web && TimeFor("web", kPageSeconds)) MakeWebPage();
+    RunWaiting();
     Report();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     if (summary_.minutes) JudgeMinutes();
@@ -149,6 +154,7 @@ class Run {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr const char* kWeb = "web";
   // Seconds for a second of film (960 pixels wide, on two cores, with the frames that it is compared with), and for a
   // page.
   static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
@@ -294,17 +300,19 @@ class Run {
     summary_.stages.push_back(std::move(stage));
   }
 
-  // `wanted`: see ExecutedStage.
-  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments,
-             const std::string& wanted = {}) {
-    SiblingStage stage{name,
-                       program,
-                       WithCommonOptions(std::move(arguments)),
-                       static_cast<int>(summary_.stages.size()) + 1,
-                       count_,
-                       options_.executor.get(),
-                       wanted};
-    Add(RunSiblingStage(stage, progress_));
+  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments) {
+    Add(RunSiblingStage(StageOf(name, program, std::move(arguments), summary_.stages.size()), progress_));
+  }
+  // `before`: stages before this one. `wanted`: see ExecutedStage.
+  SiblingStage StageOf(const std::string& name, const std::string& program, std::vector<std::string> arguments,
+                       std::size_t before, const std::string& wanted = {}) const {
+    return {name,
+            program,
+            WithCommonOptions(std::move(arguments)),
+            static_cast<int>(before) + 1,
+            count_,
+            options_.executor.get(),
+            wanted};
   }
 
   std::vector<std::string> WithCommonOptions(std::vector<std::string> arguments) const {
@@ -349,9 +357,20 @@ class Run {
 
   // lumi-calibrate and lumi-render write wherever they are told to, so what they made here is recorded here: options
   // (names and values), what was read (`inputs`), what was written, and the summary. `paths` goes before the options.
+  // A stage whose record this program keeps, because its program writes none into the scene.
+  struct Recorded {
+    std::string name, program;
+    std::vector<std::string> arguments;
+    Provenance wanted;
+    fs::path record;
+    std::vector<fs::path> outputs;
+    std::optional<StageResult> reused = {};  // nothing is to be done
+  };
+
+  // waits: until RunWaiting.
   void StartRecorded(const std::string& name, const std::string& program, const std::map<std::string, fs::path>& inputs,
                      const std::vector<fs::path>& outputs, const std::vector<std::string>& paths,
-                     std::vector<std::string> arguments) {
+                     std::vector<std::string> arguments, bool waits = false) {
     Provenance wanted;
     wanted.stage = name;
     wanted.version = kVersion;
@@ -362,20 +381,74 @@ class Run {
 
     arguments.insert(arguments.begin(), paths.begin(), paths.end());
     const auto start = Clock::now();
-    if (IsUpToDate(summary_.scene, wanted)) {
+    Recorded stage{name, program, std::move(arguments), std::move(wanted), record, outputs};
+    if (IsUpToDate(summary_.scene, stage.wanted)) {
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      Add({name, seconds, true, JsonKeys::Parse(ReadText(record)).value_or(JsonKeys()), seconds,
-           CommandOf(program, WithCommonOptions(arguments))});
+      stage.reused = {name,    seconds,
+                      true,    JsonKeys::Parse(ReadText(record)).value_or(JsonKeys()),
+                      seconds, CommandOf(program, WithCommonOptions(stage.arguments))};
+    }
+    if (waits) {
+      waiting_.push_back(std::move(stage));
       return;
     }
-    Start(name, program, std::move(arguments), JsonKeys(wanted).Text());
-    wanted.seconds = summary_.stages.back().seconds;
+    Keep(stage, stage.reused ? *stage.reused : RunSiblingStage(JobOf(stage, summary_.stages.size()), progress_));
+  }
+
+  SiblingStage JobOf(const Recorded& stage, std::size_t before) const {
+    return StageOf(stage.name, stage.program, stage.arguments, before, JsonKeys(stage.wanted).Text());
+  }
+
+  // Records a stage that has ended.
+  void Keep(Recorded& stage, const StageResult& result) {
+    Add(result);
+    if (stage.reused) return;
+    stage.wanted.seconds = result.seconds;
     const FolderLock lock(summary_.scene);
-    WriteTextAtomically(record, summary_.stages.back().summary.Text());
-    wanted.outputs[record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(record);
-    for (const fs::path& file : outputs)
-      wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
-    WriteProvenance(summary_.scene, wanted);
+    WriteTextAtomically(stage.record, result.summary.Text());
+    stage.wanted.outputs[stage.record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(stage.record);
+    for (const fs::path& file : stage.outputs)
+      stage.wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
+    WriteProvenance(summary_.scene, stage.wanted);
+  }
+
+  // Evaluation, film and page do not need each other: as jobs they run at the same time.
+  bool AtOnce() const { return options_.executor && !options_.minutes; }
+  void RunWaiting() {
+    std::mutex mutex;
+    NamedRemarks remarks(progress_, mutex, {});
+    std::vector<std::future<StageResult>> running;
+    for (std::size_t i = 0; i < waiting_.size(); ++i)
+      running.push_back(std::async(std::launch::async, [&, i] {
+        const Recorded& stage = waiting_[i];
+        return stage.reused ? *stage.reused : RunSiblingStage(JobOf(stage, summary_.stages.size() + i), remarks);
+      }));
+    for (const auto& r : running) r.wait();
+    std::exception_ptr failure;
+    for (std::size_t i = 0; i < running.size(); ++i) {
+      try {
+        if (waiting_[i].name == kWeb)
+          PageOrReason([&] { Keep(waiting_[i], running[i].get()); });
+        else
+          Keep(waiting_[i], running[i].get());
+      } catch (...) {
+        if (!failure) failure = std::current_exception();
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  // A scene that no page can show is a scene all the same.
+  template <typename Make>
+  void PageOrReason(const Make& make) {
+    try {
+      make();
+    } catch (const Error& e) {
+      if (e.code() != ExitCode::kDataRefused) throw;
+      progress_.Message(fmt::format("no web page: {}", e.what()));
+      summary_.web.clear();
+      --count_;
+    }
   }
 
   // read: parts of the scene that count beside those that every picture is made of.
@@ -386,7 +459,7 @@ class Run {
     read.insert(read.end(), {"lumigraph.json", "sparse", "images", "proxies"});
     for (const std::string& part : read) inputs[part] = summary_.scene / part;
     StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()},
-                  std::move(arguments));
+                  std::move(arguments), AtOnce());
   }
 
   // Runs first, so that the output is checked here as the later stages would check it.
@@ -542,21 +615,15 @@ class Run {
     StartRender("video", summary_.video, std::move(arguments), {"fronts"});
   }
 
-  // A scene that no page can show is a scene all the same.
   void MakeWebPage() {
     summary_.web = summary_.scene / "web.html";
     std::map<std::string, fs::path> inputs;
     for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
-    try {
-      StartRecorded("web", "lumi-export", inputs, {summary_.web},
+    PageOrReason([&] {
+      StartRecorded(kWeb, "lumi-export", inputs, {summary_.web},
                     {"web", summary_.scene.string(), "-o", summary_.web.string()},
-                    {"--max-mb", fmt::format("{}", options_.web_mb)});
-    } catch (const Error& e) {
-      if (e.code() != ExitCode::kDataRefused) throw;
-      progress_.Message(fmt::format("no web page: {}", e.what()));
-      summary_.web.clear();
-      --count_;
-    }
+                    {"--max-mb", fmt::format("{}", options_.web_mb)}, AtOnce());
+    });
   }
 
   // Of the stages before the report.
@@ -618,6 +685,7 @@ class Run {
   const Clock::time_point start_;
   PipelineSummary summary_;
   std::optional<WorkTimes> times_;
+  std::vector<Recorded> waiting_;
   fs::path holdout_folder_;
   fs::path camera_;  // what lumi-calibrate found; empty: not asked for
   int count_ = 0;

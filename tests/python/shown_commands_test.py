@@ -73,7 +73,7 @@ INSTEAD = [
      "lumi-reconstruct capture/images -o made --poses capture/truth/sparse --times times.csv --matching sequential"),
     ("timeperiodic.md", "lumi-timeperiodic calibrate",
      "lumi-timeperiodic calibrate lamp-film/video.mp4 -o made --fixed-video lamp-film/fixed.mp4 --backend factorization"),
-    ("tradeoff.md", "--time-windows", "lumi-render tradeoff lamp -o out --time-windows --width 96"),
+    ("tradeoff.md", "--time-windows", "lumi-render tradeoff lamp -o out --time-windows"),
     ("timeperiodic.md", "--view dino0050.jpg", "lumi-render lamp -o out --view 5 --leave-out"),
     ("tutorial.md", "lumi-pipeline capture/images", "lumi-pipeline capture/images -o made"),
     ("tutorial.md", "--seconds 20", "lumi-render garden -o tour.mp4 --seconds 1 --width 160"),
