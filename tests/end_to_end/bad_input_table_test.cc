@@ -195,7 +195,7 @@ class Cases {
       OwnScene(f / "scene", "");
       fs::remove(f / "scene/images/photo12.png");
       return Refusal{
-          {"lumi-proxy", "auto", (f / "scene").string(), "--candidates", "plane,mesh", "--proxy-minutes", "0"},
+          {"lumi-proxy", "auto", (f / "scene").string(), "--candidates", "plane,delaunay", "--proxy-minutes", "0"},
           0,
           {},
           {},
