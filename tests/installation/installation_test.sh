@@ -49,6 +49,14 @@ next() {
 [ "$(next lumi-proxy delau)" = delaunay ] || fail "completion of a command"
 [ "$(next lumi-proxy delaunay --merge)" = --merge-px ] || fail "completion of a command's option"
 [ -z "$(next lumi-render capt)" ] || fail "files are the shell's to complete"
+# And by zsh.
+if command -v zsh >/dev/null; then
+  by_zsh() { zsh -f "$here/completion.zsh" "$prefix/bin" "$prefix/share/zsh/vendor-completions" "$@" || fail "completion by zsh of $1"; }
+  by_zsh 'lumi-proxy delau' 'lumi-proxy delaunay'
+  by_zsh 'lumi-render scene --similar' 'lumi-render scene --similarity'
+else
+  printf 'installation_test: zsh is not installed, and its completion was not tried\n'
+fi
 for program in "$prefix"/bin/lumi-*; do
   [ -e "$prefix/share/bash-completion/completions/${program##*/}" ] || fail "${program##*/} has no completion"
   [[ " $(sed -n 's/^#compdef //p' "$prefix/share/zsh/vendor-completions/_lumigraph") " == *" ${program##*/} "* ]] || fail "${program##*/} has no completion of zsh"
