@@ -146,6 +146,20 @@ std::string MissingHtml(const CamerasSummary& cameras) {
   return html;
 }
 
+// What a reader is to think of the table below.
+std::string StandingVerdict(const std::vector<StandingCamera>& standings) {
+  const auto doubtful =
+      std::ranges::count_if(standings, [](const StandingCamera& s) { return !s.remark.empty() || s.placed_anew; });
+  if (doubtful > 0)
+    return fmt::format("{} of {} cameras have a remark, and stand first; their photos may show ghosts.", doubtful,
+                       standings.size());
+  double largest = 0;
+  for (const StandingCamera& s : standings) largest = std::max(largest, s.sigma_percent.value_or(0));
+  return fmt::format(
+      "No camera gives cause for doubt: the least certain position is known to {:.2g} % of the extent of all cameras.",
+      largest);
+}
+
 // The cameras that stand worst; they come in that order.
 std::string StandingHtml(const CamerasSummary& cameras) {
   if (cameras.standings.empty()) return {};
@@ -157,7 +171,11 @@ std::string StandingHtml(const CamerasSummary& cameras) {
                     s.sigma_percent ? fmt::format("{:.3f}", *s.sigma_percent) : "?",
                     EscapeHtml((s.placed_anew ? std::string("placed anew ") : std::string()) + s.remark)});
   }
-  return HtmlTable({{"camera"},
+  return "<p>" + StandingVerdict(cameras.standings) +
+         "</p>\n<p class=\"soft\">Points that two other photos hold, and that the camera shows where its matches have "
+         "them, of so many; the share of its photo that they cover; the median angle at which others see them; one "
+         "standard deviation of its position.</p>\n" +
+         HtmlTable({{"camera"},
                     {"points that hold it", true},
                     {"of the photo", true},
                     {"angle, deg", true},

@@ -115,6 +115,22 @@ TEST(Report, ShowsBothFiguresOfHeldOutPhotosAndWhatTheNearestPhotoCovers) {
   EXPECT_THAT(html, Not(HasSubstr("made of all photos")));
 }
 
+TEST(Report, SaysWhetherTheCamerasThatStandWorstGiveCauseForDoubt) {
+  Fixture f;
+  const auto with = [&](const std::string& remark) {
+    f.input.stages.front() = WorkedStage("reconstruct", 61.5,
+                                         R"({"images_total":6,"images_registered":5,"standings":[
+        {"name":"photo10.png","points":40,"offered":90,"spread":0.5,"angle_deg":6.0,"sigma_percent":0.312)" +
+                                             remark + R"(},
+        {"name":"photo11.png","points":80,"offered":90,"spread":0.7,"angle_deg":7.0,"sigma_percent":0.05}]})");
+    return ReadText(WriteReport(f.input, SilentProgress()).html);
+  };
+  EXPECT_THAT(with(""), HasSubstr("the least certain position is known to 0.31 % of the extent"));
+  const std::string html = with(R"(,"remark":"only 4 points that others hold agree with it")");
+  EXPECT_THAT(html, HasSubstr("1 of 2 cameras have a remark"));
+  EXPECT_THAT(html, HasSubstr("only 4 points that others hold agree with it"));
+}
+
 TEST(Report, ACalibrationIsShownWithItsSigmaAndLinked) {
   Fixture f;
   EXPECT_THAT(ReadText(WriteReport(f.input, SilentProgress()).html), Not(HasSubstr("calibrated")));
