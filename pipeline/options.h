@@ -55,4 +55,9 @@ struct PipelineOptions {
 // Empty, or what is wrong, naming the option.
 std::string Validate(const PipelineOptions& options);
 
+// Where the object's silhouettes come from is given.
+bool HasSilhouetteSource(const PipelineOptions& options);
+// A calibration that is a camera already, not photos of a board.
+bool IsCameraFile(const std::filesystem::path& path);
+
 }  // namespace lumi

@@ -12,12 +12,14 @@
 #include <optional>
 #include <set>
 
+#include "pipeline/depth_maps_in_parts.h"
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
 #include "pipeline/named_remarks.h"
 #include "pipeline/qualities.h"
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
+#include "pipeline/work_times.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
@@ -45,46 +47,6 @@ void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
         fmt::format("the output {} lies inside the input {}", options.output.string(), options.input.string()),
         "choose an output beside it");
 }
-
-bool HasSilhouetteSource(const PipelineOptions& o) {
-  return !o.silhouette_rule.empty() || !o.silhouettes.empty() || !o.silhouette_background.empty();
-}
-
-bool IsCameraFile(const fs::path& path) { return path.extension() == ".yaml" || path.extension() == ".yml"; }
-
-struct WorkTime {
-  double seconds = 0, colmap_seconds = 0;
-};
-void ListKeys(JsonKeys& j, WorkTime& t) { j("seconds", t.seconds, "colmap_seconds", t.colmap_seconds); }
-struct NamedWorkTime {
-  std::string stage;
-  WorkTime time;
-};
-void ListKeys(JsonKeys& j, NamedWorkTime& n) { j(n.stage.c_str(), n.time); }
-
-// How long stages took when they did their work, STAGE -> {seconds, colmap_seconds}: kept after each stage, so that a
-// later run that reuses one can say so, also after a kill.
-class WorkTimes {
- public:
-  explicit WorkTimes(const fs::path& scene) : scene_(scene), file_(scene / "provenance" / "pipeline-times.txt") {
-    std::error_code error;
-    if (fs::is_regular_file(file_, error)) times_ = JsonKeys::Parse(ReadText(file_)).value_or(JsonKeys());
-  }
-  WorkTime Of(const std::string& stage, const WorkTime& fallback) const {
-    NamedWorkTime named{stage, fallback};
-    times_.Into(named);
-    return named.time;
-  }
-  void Keep(const std::string& stage, const WorkTime& time) {
-    times_.Say(stage.c_str(), time);
-    const FolderLock lock(scene_);
-    WriteTextAtomically(file_, times_.Text());
-  }
-
- private:
-  fs::path scene_, file_;
-  JsonKeys times_;
-};
 
 // Of the minutes that a run was given a fifth is for evaluation, film, page and report; depth maps get two thirds of
 // what is left after the cameras, as auto meshes and measures besides. To a tenth of a minute.
@@ -498,7 +460,9 @@ class Run {
   }
 
   void MakeProxy() {
-    if (DepthMapsInParts()) MakeDepthMaps();
+    if (DepthMapsInParts())
+      Add(MakeDepthMapsInParts({summary_.scene, ProxyArguments(), WithCommonOptions({}), options_.parts},
+                               *options_.executor, progress_));
     std::vector<std::string> arguments = ProxyArguments();
     if (options_.proxy != "auto") arguments.emplace_back("--activate");
     Start("proxy", "lumi-proxy", std::move(arguments));
@@ -515,56 +479,6 @@ class Run {
   bool DepthMapsInParts() const {
     if (options_.parts <= 1) return false;
     return options_.proxy == "dense" || (options_.proxy == "auto" && DepthWidth());
-  }
-
-  // The proxy's depth maps in parts at the same time, each as far as it can go without the others' maps, until all are
-  // there. The program that makes the proxy finds them.
-  void MakeDepthMaps() {
-    constexpr int kMostRounds = 6;  // four are enough where nothing goes wrong
-    const std::string name = "depth-maps";
-    Provenance wanted;
-    wanted.stage = "depth-map-parts";
-    wanted.version = kVersion;
-    std::vector<std::string> arguments = ProxyArguments();
-    for (const std::string& a : arguments) wanted.options["arguments"] += ShellWord(a) + " ";
-    wanted.options["seed"] = std::to_string(options_.seed);
-    for (const char* part : {"sparse", "images", "masks", "silhouettes"})
-      wanted.inputs[part] = Fingerprint(summary_.scene / part);
-    const auto start = Clock::now();
-    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-    if (IsUpToDate(summary_.scene, wanted)) {
-      Add({name, seconds(), true, {}, seconds()});
-      return;
-    }
-    bool finished = false;
-    for (int round = 0; round < kMostRounds && !finished; ++round) {
-      std::vector<ExecutedStage> parts;
-      for (int i = 0; i < options_.parts; ++i) {
-        std::vector<std::string> one = arguments;
-        one.insert(one.end(), {"--shard", fmt::format("{}/{}", i, options_.parts)});
-        const std::string speaker = fmt::format("{} {}/{}", name, i, options_.parts);
-        parts.push_back({fmt::format("{}-{}", name, i),
-                         {"lumi-proxy", WithCommonOptions(std::move(one)), speaker + " ", speaker + ": "}});
-      }
-      finished = true;
-      for (const SiblingAnswer& answer :
-           options_.executor->RunAll(parts, fmt::format("{}, run {}", name, round + 1), progress_)) {
-        const auto part = answer.summary.As<sibling::PartSummary>();
-        finished &= part.finished;
-        if (!part.folder.empty()) {
-          const fs::path made_from = part.folder / "made-from.txt";
-          wanted.outputs[made_from.lexically_relative(summary_.scene).generic_string()] = Fingerprint(made_from);
-        }
-      }
-    }
-    if (finished) {
-      wanted.seconds = seconds();
-      const FolderLock lock(summary_.scene);
-      WriteProvenance(summary_.scene, wanted);
-    } else {
-      progress_.Message(fmt::format("{}: some wait for maps that are not there, and are made with the proxy", name));
-    }
-    Add({name, seconds(), false, {}, seconds()});
   }
 
   void MakeSilhouettes() {
@@ -692,44 +606,6 @@ class Run {
 };
 
 }  // namespace
-
-std::string Validate(const PipelineOptions& options) {
-  if (options.input.empty()) return "INPUT is missing";
-  if (options.holdout != 0 && options.holdout < 2) return "--holdout is 0 (no evaluation) or at least 2";
-  if (options.video_width_px < 16 || options.video_width_px > 16384) return "--width is 16 to 16384 pixels";
-  if (!(options.video_seconds >= 0.1 && options.video_seconds <= 3600)) return "--seconds is 0.1 to 3600";
-  if (!(options.video_fidelity_db >= 0 && options.video_fidelity_db <= 99))
-    return "--fidelity-db is 0 (a weight at every pixel) to 99 dB";
-  const bool boards = !options.calibration.empty() && !IsCameraFile(options.calibration);
-  if (!boards && (!options.board.empty() || !options.square_mm.empty()))
-    return "--board and --square-mm go with --calibration BOARDS";
-  if (!options.silhouette_rule.empty() + !options.silhouettes.empty() + !options.silhouette_background.empty() > 1)
-    return "give one of --silhouette-rule, --silhouettes and --silhouette-background";
-  if (!options.periodic && (!options.fixed_video.empty() || !options.period_frames.empty()))
-    return "--fixed-video and --period-frames go with --periodic";
-  if (!options.fixed_video.empty() && !options.period_frames.empty())
-    return "give one of --fixed-video and --period-frames";
-  if (options.proxy_minutes && !(*options.proxy_minutes >= 0)) return "--proxy-minutes is at least 0";
-  if (options.minutes && !(*options.minutes > 0 && *options.minutes <= 1e5))
-    return "--minutes is above 0, and at most 100000";
-  if (options.minutes && options.proxy_minutes) return "give one of --minutes and --proxy-minutes";
-  if (options.depth_width_px && (options.minutes || options.proxy_minutes))
-    return "give one of --depth-width, --minutes and --proxy-minutes";
-  if (options.depth_width_px && options.proxy != "auto") return "--depth-width goes with --proxy auto";
-  if (options.parts < 1 || options.parts > 1000) return "--parts is 1 to 1000";
-  if (options.parts > 1 && options.proxy_minutes.value_or(0) > 0)
-    return "--parts takes --depth-width, not --proxy-minutes: how long other machines take is not known";
-  if (options.parts > 1 && !options.executor) return "--parts goes with --executor slurm";
-  if (options.parts > 1 && options.proxy != "auto" && options.proxy != "dense")
-    return "--parts divides depth maps: it goes with --proxy auto or dense";
-  if (options.faces != 0 && options.faces < 4) return "--faces is 0 (as the proxy is) or at least 4";
-  const std::vector<std::string>& passed = options.reconstruct_arguments;
-  for (const char* other : {"--camera", "--focal-px", "--intrinsics"})
-    if (!options.calibration.empty() && std::ranges::find(passed, other) != passed.end())
-      return fmt::format("give one of --calibration and {}", other);
-  if (options.threads < 0) return "--threads is 0 (all cores) or more";
-  return {};
-}
 
 PipelineSummary RunPipeline(const PipelineOptions& options, ProgressSink& progress) {
   if (const std::string wrong = Validate(options); !wrong.empty()) throw UsageError(wrong);

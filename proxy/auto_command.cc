@@ -183,8 +183,9 @@ std::string EvaluatedBefore(const Scene& scene, const std::string& name, int wit
 }
 
 // A refusal of the data, or a file of that name that is somebody's own, becomes a row of the table. Other errors end
-// the run.
+// the run, and so do parts of depth maps of other options: with theirs they would be taken.
 bool BecomesARow(const Error& e) {
+  if (dynamic_cast<const PartsDiffer*>(&e) != nullptr) return false;
   return e.code() == ExitCode::kDataRefused || e.code() == ExitCode::kUsage || e.code() == ExitCode::kCorruptInput;
 }
 
@@ -221,8 +222,6 @@ ProxyCandidate Make(const Scene& scene, const std::vector<Recipe>& recipes, cons
       }
     }
     c.made = c.refused.empty();
-  } catch (const PartsDiffer&) {
-    throw;  // with other options they would be taken
   } catch (const Error& e) {
     if (!BecomesARow(e)) throw;
     c.refused = e.what();
@@ -240,10 +239,8 @@ void MakeForUse(const Scene& scene, const std::vector<Recipe>& recipes, ProxyCan
     const ProxySummary made = recipe->run({scene.folder, c.name, {}, false}, progress);
     c.faces = made.faces;
     c.closed = made.closed;
-  } catch (const PartsDiffer&) {
-    throw;  // as in Make
   } catch (const Error& e) {
-    if (e.code() != ExitCode::kDataRefused && e.code() != ExitCode::kUsage) throw;
+    if (!BecomesARow(e) || e.code() == ExitCode::kCorruptInput) throw;
     c.refused = e.what();
   }
   c.build_s += SecondsSince(start);
@@ -379,8 +376,6 @@ DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, Progr
     request.dense.stereo.width = *options.depth_width_px;
     try {
       return RunDensePart({scene.folder, name, {}, false, without}, request, part, progress);
-    } catch (const PartsDiffer&) {
-      throw;
     } catch (const Error& e) {
       if (!BecomesARow(e)) throw;
       progress.Message(fmt::format("no depth maps: {}", e.what()));

@@ -84,8 +84,8 @@ void ListKeys(JsonKeys& j, DepthPartSummary& s) {
 std::string Describe(const DepthPartSummary& s) {
   if (s.folder.empty()) return "the scene calls for no depth maps";
   const std::size_t done = s.stereo.photos - s.stereo.unfinished;
-  std::string out =
-      fmt::format("part {} of {}: depth maps of {} photos, {:.1f} s", s.part.index, s.part.count, done, s.seconds);
+  std::string out = fmt::format("part {} of {}: depth maps of {} of {} photos are finished, {:.1f} s", s.part.index,
+                                s.part.count, done, s.stereo.photos, s.seconds);
   if (s.stereo.unfinished > 0)
     out += fmt::format("\n{} photos waited for maps of {}: run this part once more", s.stereo.unfinished,
                        s.stereo.waits_for.empty()

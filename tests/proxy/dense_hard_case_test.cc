@@ -14,8 +14,6 @@
 namespace lumi::test {
 namespace {
 
-TexturedPlane WallAt(double depth) { return {{0, 0, depth}, {6, 0, 0}, {0, 4.5, 0}, NoiseTexture(0.05, 1)}; }
-
 std::vector<Photographed> PhotographAll(const std::vector<TexturedPlane>& world,
                                         const std::vector<StereoCamera>& cameras) {
   std::vector<Photographed> photos;
@@ -39,7 +37,7 @@ TEST(DenseHardCase, ABaselineTowardsZeroMakesNoFalseSurface) {
   std::size_t before = 1000000;
   for (double baseline = 1e-2; baseline > 1e-16; baseline *= 0.1) {
     const std::vector<Photographed> photos = PhotographAll(
-        {WallAt(4)}, {CameraAt({0, 0, 0}, {0, 0, 4}, 64, 48), CameraAt({baseline, 0, 0}, {baseline, 0, 4}, 64, 48)});
+        {Wall(4)}, {CameraAt({0, 0, 0}, {0, 0, 4}, 64, 48), CameraAt({baseline, 0, 0}, {baseline, 0, 4}, 64, 48)});
     const std::vector<DepthMap> maps = MatchAll(photos, 3, 1, 20);
     for (const DepthMap& map : maps) ExpectNumbers(map, 1, 20, "baseline " + std::to_string(baseline));
     FusionInput input{{{1}, {0}}, [&](std::int32_t v) -> FusionMap {
@@ -96,7 +94,7 @@ TEST(DenseHardCase, GrazingPatchesAreScoredAsLongAsTheyAreSeen) {
 
 TEST(DenseHardCase, PlanesThroughACameraAreNotSeenOrANumber) {
   const std::vector<Photographed> photos =
-      PhotographAll({WallAt(4)}, {CameraAt({0, 0, 0}, {0, 0, 4}), CameraAt({0.3, 0, 0.5}, {0.3, 0, 4})});
+      PhotographAll({Wall(4)}, {CameraAt({0, 0, 0}, {0, 0, 4}), CameraAt({0.3, 0, 0.5}, {0.3, 0, 4})});
   PatchBatch patches;
   PlaneBatch planes;
   std::array<int, kLanes> x;
@@ -129,7 +127,7 @@ TEST(DenseHardCase, WhereTheWorldsOriginLiesDoesNotMatter) {
   const std::vector<StereoCamera> cameras = {CameraAt({0, 0, 0}, {0, 0, 4}, 64, 48),
                                              CameraAt({0.4, 0, 0}, {0.3, 0, 4}, 64, 48),
                                              CameraAt({-0.4, 0, 0}, {-0.3, 0, 4}, 64, 48)};
-  const std::vector<Photographed> near = PhotographAll({WallAt(4)}, cameras);
+  const std::vector<Photographed> near = PhotographAll({Wall(4)}, cameras);
   for (double far = 1e2; far < 1e8; far *= 10) {
     std::vector<Photographed> moved = near;
     for (Photographed& photo : moved) {
@@ -169,19 +167,19 @@ TEST(DenseHardCase, PhotosTowardsOnePlaceBecomeNoSources) {
     const TemporaryFolder folder;
     std::vector<StereoCamera> cameras;
     for (const double x : {0.0, 0.4, 0.8, apart}) cameras.push_back(CameraAt({x, 0, 0}, {0.3 * x, 0, 4}, 96, 72));
-    const Scene scene = SceneOf({WallAt(4)}, cameras, folder.path());
+    const Scene scene = SceneOf({Wall(4)}, cameras, folder.path());
     const auto sources = PickSources(scene, 3);
     ASSERT_FALSE(sources[0].empty());
     for (const SourceView& s : sources[0]) EXPECT_NE(s.view.value, 3) << apart;
     std::vector<StereoCamera> two = {cameras[0], cameras[3]};
-    EXPECT_THROW(PickSources(SceneOf({WallAt(4)}, two, folder.path()), 3), DataError);
+    EXPECT_THROW(PickSources(SceneOf({Wall(4)}, two, folder.path()), 3), DataError);
   }
 }
 
 TEST(DenseHardCase, TheScaleOfTheWorldDoesNotMatter) {
   const std::vector<StereoCamera> cameras = {CameraAt({0, 0, 0}, {0, 0, 4}, 64, 48),
                                              CameraAt({0.4, 0, 0}, {0.3, 0, 4}, 64, 48)};
-  const std::vector<Photographed> one = PhotographAll({WallAt(4)}, cameras);
+  const std::vector<Photographed> one = PhotographAll({Wall(4)}, cameras);
   const std::vector<DepthMap> here = MatchAll(one, 3, 1, 20);
   for (double scale = 1e-2; scale > 1e-12; scale *= 0.1) {
     std::vector<Photographed> small = one;

@@ -175,4 +175,17 @@ double ShareWithin(const DepthMap& map, const Photographed& photo, double tolera
   return static_cast<double>(good) / static_cast<double>(pixels);
 }
 
+TexturedPlane Wall(double depth, std::uint32_t seed) {
+  return {{0, 0, depth}, {6, 0, 0}, {0, 4.5, 0}, NoiseTexture(0.05, seed)};
+}
+
+std::vector<StereoCamera> RowOfCameras(int count, double step, double depth) {
+  std::vector<StereoCamera> cameras;
+  for (int i = 0; i < count; ++i) {
+    const double x = step * (i - 0.5 * (count - 1));
+    cameras.push_back(CameraAt({x, 0.1 * (i % 2), 0}, {0.3 * x, 0, depth}));
+  }
+  return cameras;
+}
+
 }  // namespace lumi::test

@@ -47,4 +47,9 @@ std::vector<DepthMap> MatchAll(const std::vector<Photographed>& photos, double s
 // Of the pixels where there is something: share whose depth is within `tolerance` of it, relative.
 double ShareWithin(const DepthMap& map, const Photographed& photo, double tolerance);
 
+// A wall across the view, 12 x 9.
+TexturedPlane Wall(double depth = 4, std::uint32_t seed = 1);
+// Cameras in a row, looking at a point before them.
+std::vector<StereoCamera> RowOfCameras(int count, double step = 0.25, double depth = 4);
+
 }  // namespace lumi::test
