@@ -29,10 +29,10 @@ py::array_t<T> ArrayOver(const T* data, const Shape& shape, py::handle owner) {
 }
 
 // Takes the vector's memory over.
-template <typename T>
-py::array_t<T> ArrayOf(std::vector<T>&& values, const Shape& shape) {
-  auto* kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<T>*>(p); });
+template <typename T, typename Memory>
+py::array_t<T> ArrayOf(std::vector<T, Memory>&& values, const Shape& shape) {
+  auto* kept = new std::vector<T, Memory>(std::move(values));
+  const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<T, Memory>*>(p); });
   return py::array_t<T>(shape, kept->data(), owner);
 }
 

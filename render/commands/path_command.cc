@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <future>
+#include <cstdint>
 #include <string_view>
 #include <tuple>
 
+#include "render/commands/frames_in_progress.h"
 #include "render/commands/render_job.h"
 #include "render/path/camera_path.h"
 #include "render/path/matrix_path.h"
@@ -23,6 +24,7 @@
 #include "scene/files/video_clock.h"
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
+#include "scene/program/memory.h"
 #include "scene/program/parallel.h"
 #include "scene/program/registers.h"
 #include "scene/program/stopwatch.h"
@@ -178,6 +180,16 @@ void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::pat
 
 }  // namespace
 
+// Frames coded at the same time, in a sixteenth of the memory that there is: on half of the cores, because drawing on a
+// processor takes all of them.
+static std::size_t FramesAtOnce(const RenderJob& job, const Eigen::Vector2i& size_px) {
+  const RenderOptions& o = job.options;
+  const std::uint64_t memory = o.memory_mb > 0 ? static_cast<std::uint64_t>(o.memory_mb) << 20 : AvailableMemory();
+  const std::uint64_t bytes = 4 * sizeof(float) * static_cast<std::uint64_t>(size_px.cast<std::int64_t>().prod());
+  const int cores = std::max(1, ThreadCount() / 2);
+  return static_cast<std::size_t>(std::clamp<std::uint64_t>(memory / 16 / bytes, 1, static_cast<std::uint64_t>(cores)));
+}
+
 // The range [first, second) of a path's frames that --frames or --shard asks for.
 static std::pair<std::size_t, std::size_t> PartOf(const RenderOptions& o, std::size_t frames) {
   if (o.frames) {
@@ -222,15 +234,18 @@ void RenderPath(RenderJob& job) {
   Progress progress(job.sink, "rendering frames", static_cast<long>(end - begin));
   std::vector<double> times;
   double seen = 0, window = 0, wider = 0;
-  // A picture is coded while the next one is drawn.
-  std::future<void> coded;
+  FramesInProgress coded(FramesAtOnce(job, figures.size_px), ThreadCount() > 1);
+  const auto film = [&](std::size_t i, Image8 rgb) {
+    if (video) video->Add(i, rgb);
+  };
   for (std::size_t i = begin; i < end; ++i) {
     const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
                                 file = stem.string() + "." + o.format;
     if (!o.to_video() && std::filesystem::exists(file)) {
       ++figures.reused;
-      if (coded.valid()) coded.get();
-      if (video) video->Add(i, FrameOnDisk(file, job.Fills()));
+      if (video)
+        coded.Add([&, file] { return FrameOnDisk(file, job.Fills()); },
+                  [&, i](Image8 rgb) { film(i, std::move(rgb)); });
       progress.Step();
       continue;
     }
@@ -253,16 +268,15 @@ void RenderPath(RenderJob& job) {
     const RenderStatistics statistics = job.renderer->Statistics();
     window += statistics.window_coverage;
     wider += statistics.wider_coverage;
-    if (coded.valid()) coded.get();
-    coded = std::async(ThreadCount() > 1 ? std::launch::async : std::launch::deferred,
-                       [&, i, stem, image = std::move(image)] {
-                         if (!o.to_video()) job.Write(stem, image);
-                         if (video) video->Add(i, ToRgb8(image));
-                       });
-    if (ThreadCount() == 1) coded.get();
+    coded.Add(
+        [&, stem, image = std::move(image)] {
+          if (!o.to_video()) job.Write(stem, image);
+          return video ? ToRgb8(image) : Image8();
+        },
+        [&, i](Image8 rgb) { film(i, std::move(rgb)); });
     progress.Step();
   }
-  if (coded.valid()) coded.get();
+  coded.Finish();
   if (video) {
     video->Finish();
     figures.video = video_file.generic_string();

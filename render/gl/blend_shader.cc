@@ -34,7 +34,14 @@ float Theta(vec4 D) { return Atan(length(cross(D.xyz, d)), t - dot(D.xyz, d)); }
 
 // The cameras that a pixel looks at, and R(h).
 constexpr const char* kHead = R"(
+#ifdef COMPUTE
+layout(local_size_x = BLEND_GROUP_PX, local_size_y = BLEND_GROUP_PX) in;
+layout(rgba32f, binding = 0) writeonly uniform image2D picture;
+uniform ivec3 picture_rows;  // first, the one after the last, columns
+vec4 color;
+#else
 layout(location = 0) out vec4 color;  // premultiplied
+#endif
 
 // One after the other: the list of the pixel's tile or cell, else all in order.
 struct Candidates {
@@ -168,9 +175,9 @@ void Close(float h1, float f_largest) {
 
 constexpr const char* kNearest = R"(
 #if K > 0
-void main() {
+void BlendAt(vec2 at_px) {
   color = vec4(0.0);
-  if (!OpenAt(gl_FragCoord.xy)) return;
+  if (!OpenAt(at_px)) return;
   Candidates candidates = CandidatesHere();
 
   // The k + 1 smallest h, ascending.
@@ -247,9 +254,9 @@ float Everything(int j, Seen seen) {
   vec4 D = CAMERA(j, 0);
   return WithVisibility(Dissimilarity(j, D, Theta(D), seen), j, seen);
 }
-void main() {
+void BlendAt(vec2 at_px) {
   color = vec4(0.0);
-  if (!OpenAt(gl_FragCoord.xy)) return;
+  if (!OpenAt(at_px)) return;
   Candidates candidates = CandidatesHere();
   float f_largest = 0.0, h1 = kInfinity;
   for (int n = 0; n < candidates.count; ++n) {
@@ -276,18 +283,42 @@ void main() {
 #endif
 )";
 
+constexpr const char* kMain = R"(
+#ifdef COMPUTE
+void main() {
+  ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, picture_rows.x);
+  if (at.x >= picture_rows.z || at.y >= picture_rows.y) return;
+  BlendAt(vec2(at) + 0.5);
+  imageStore(picture, at, color);
+}
+#else
+void main() { BlendAt(gl_FragCoord.xy); }
+#endif
+)";
+
+std::string BlendShader(const BlendVariant& variant) {
+  return shader::Defines(variant) + shader::kCameras + shader::Measures() + shader::Rays() + shader::Photos() +
+         shader::Blending();
+}
+
 }  // namespace
 
 namespace shader {
 
 std::string Rays() { return kRays; }
-std::string Blending() { return std::string(kHead) + kNearest + kAll; }
+std::string Blending() { return std::string(kHead) + kNearest + kAll + kMain; }
 
 }  // namespace shader
 
 std::string BlendFragmentShader(const BlendVariant& variant) {
-  return shader::Defines(variant) + shader::kCameras + shader::Measures() + shader::Rays() + shader::Photos() +
-         shader::Blending();
+  BlendVariant fragment = variant;
+  fragment.compute = false;
+  return BlendShader(fragment);
+}
+std::string BlendComputeShader(const BlendVariant& variant) {
+  BlendVariant compute = variant;
+  compute.compute = true;
+  return BlendShader(compute);
 }
 
 }  // namespace lumi

@@ -37,11 +37,17 @@ struct BlendVariant {
   bool photo_terms = false;               // h has terms that do not depend on the ray
   bool exposure = false;
   bool prefilter = true;
+  bool compute = false;  // BlendComputeShader
   auto operator<=>(const BlendVariant&) const = default;
   // Whether the proxy's faces are read: the plane at a pixel.
   bool Faces() const { return stretch == Resolution::kJacobian || prefilter; }
 };
 std::string BlendFragmentShader(const BlendVariant& variant);
+// The same as a compute shader, an invocation a pixel of kBlendGroupPx x kBlendGroupPx, that stores the picture as
+// image 0: of rows picture_rows.x to picture_rows.y - 1, of picture_rows.z columns. Server cards have a few units only
+// that draw fragments (an H100 4 of 132), and all of them compute.
+std::string BlendComputeShader(const BlendVariant& variant);
+constexpr int kBlendGroupPx = 8;  // a side; divides kTilePx, so that a group looks at one list
 // Rows of four floats that a camera takes.
 int CameraRows(const BlendVariant& variant);
 

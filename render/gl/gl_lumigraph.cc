@@ -33,7 +33,8 @@ GlLumigraph::GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector
                          std::size_t photo_bytes, int small_halvings)
     : sources_((RequireGl43(), cameras)),
       photos_(photo_sizes_px, photo_bytes, small_halvings),
-      small_halvings_(small_halvings) {
+      small_halvings_(small_halvings),
+      computing_(!GlIsSoftware()) {
   if (!photos_.holds_all()) slots_.emplace(photos_.kinds(), photos_.rooms());
   if (photo_sizes_px.size() != cameras.views.size())
     throw std::invalid_argument("GlLumigraph: one photo size a view is wanted");
@@ -86,7 +87,9 @@ void GlLumigraph::Prepare(const GlProgram& program, const BlendVariant& variant)
 const GlLumigraph::Programs& GlLumigraph::ProgramsFor(const BlendVariant& variant) {
   auto found = programs_.find(variant);
   if (found == programs_.end()) {
-    Programs programs{GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)), GlProgram()};
+    Programs programs{variant.compute ? GlProgram("blend", BlendComputeShader(variant))
+                                      : GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)),
+                      GlProgram()};
     Prepare(programs.blend, variant);
     if (variant.lists == CameraLists::kTiles) {
       programs.cull = GlProgram("cull", CullComputeShader(variant));
@@ -143,6 +146,7 @@ BlendVariant GlLumigraph::VariantFor(const RenderRequest& request) const {
   });
   variant.exposure = s.exposure && !variant.false_color;
   variant.prefilter = s.prefilter && !variant.false_color;
+  variant.compute = computing_;
   const auto count = static_cast<unsigned>(sources_.views.size());
   const unsigned most = static_cast<unsigned>(uniform_capacity_ / CameraRows(variant));
   variant.cameras_in_uniforms = count <= most;
@@ -284,6 +288,7 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   UploadCameras(setup, variant);
   const Programs& programs = ProgramsFor(variant);
   program_ = &programs;
+  program_computes_ = variant.compute;
   const Eigen::Vector2i tiles = (size_px_.array() + (kTilePx - 1)) / kTilePx;
   const int tile_count = tiles.prod();
   const std::size_t tile_words = packed_views_.size() + 1,
@@ -335,6 +340,7 @@ void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setu
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   program_ = &programs;
+  program_computes_ = variant.compute;
   CheckGl("uploading the candidates");
 }
 
@@ -438,7 +444,9 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
   glEnable(GL_SCISSOR_TEST);
   glScissor(0, first_row, size_px_.x(), last_row - first_row);
   BindInputs(target);
-  if (program_ != nullptr) {
+  if (program_ != nullptr && program_computes_) {
+    ComputePixels(target, first_row, last_row);
+  } else if (program_ != nullptr) {
     glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
     program_->blend.Use();
     glBindVertexArray(empty_array_.id());
@@ -459,6 +467,17 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
   if (!lines_.empty()) DrawLines(target);
   glDisable(GL_SCISSOR_TEST);
   CheckGl("blending");
+}
+
+void GlLumigraph::ComputePixels(const GlTarget& target, int first_row, int last_row) const {
+  const auto groups = [](int px) { return static_cast<GLuint>((px + kBlendGroupPx - 1) / kBlendGroupPx); };
+  program_->blend.Use();
+  glUniform3i(program_->blend.Uniform("picture_rows"), first_row, last_row, size_px_.x());
+  glBindImageTexture(0, target.color_texture(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+  glDispatchCompute(groups(size_px_.x()), groups(last_row - first_row), 1);
+  // It is read back, drawn over (lines), or looked up in the viewer's window.
+  glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                  GL_PIXEL_BUFFER_BARRIER_BIT);
 }
 
 void GlLumigraph::DrawLines(GlTarget& target) {

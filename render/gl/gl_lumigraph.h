@@ -83,6 +83,9 @@ class GlLumigraph {
 
   // Whether pixels look at their tile's cameras only (CullComputeShader), on unless set. The picture is the same.
   void SetCulling(bool on) { culling_ = on; }
+  // Whether pixels are blended by a compute shader, on from the start where a graphics processor draws. The picture is
+  // the same, but for rounding.
+  void SetComputing(bool on) { computing_ = on; }
 
   ImageF ReadColor(const GlTarget& target, const Eigen::Vector2i& size_px) const;
   // Depth along the optical axis, normalised units; 0 where the proxy is missed.
@@ -94,7 +97,7 @@ class GlLumigraph {
 
  private:
   struct Programs {
-    GlProgram blend, cull;
+    GlProgram blend, cull;  // blend: VariantFor says whether it computes
   };
   const Programs& ProgramsFor(const BlendVariant& variant);
   const GlProgram& SparseProgramFor(const SparseVariant& variant);
@@ -115,6 +118,7 @@ class GlLumigraph {
   void MakeSamplers();  // of the proxy, unless there are some
   void UploadLeaves(const RadianceSettings& settings);
   void ReserveLists(std::size_t words);
+  void ComputePixels(const GlTarget& target, int first_row, int last_row) const;
   void DrawLines(GlTarget& target);
 
   Sources sources_;
@@ -150,13 +154,14 @@ class GlLumigraph {
   std::pair<double, double> leaf_radii_;
   Eigen::Vector2d leaf_place_ = Eigen::Vector2d::Zero();
   std::size_t list_words_ = 0, max_list_words_ = 0;
-  bool culling_ = true;
+  bool culling_ = true, computing_;
   GlTexture camera_texture_, place_texture_, color_texture_, list_texture_;
 
   // The picture begun last.
   RenderStatistics statistics_;
   std::vector<int> packed_views_;      // of the cameras on the GPU
   const Programs* program_ = nullptr;  // nullptr: triangles_ are drawn
+  bool program_computes_ = false;
   SparseDrawing triangles_;
   PlanLines lines_;
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();

@@ -87,6 +87,7 @@ std::string Defines(const BlendVariant& variant) {
   define(variant.photo_terms, "PHOTO_TERMS");
   define(variant.exposure, "EXPOSURE");
   define(variant.prefilter, "PREFILTER");
+  if (variant.compute) text += fmt::format("#define COMPUTE\n#define BLEND_GROUP_PX {}\n", kBlendGroupPx);
   // On the plane of the proxy's face: reading it costs the driver a texture, so only where something asks.
   define(variant.Faces(), "FACES");
   if (variant.cameras_in_uniforms)

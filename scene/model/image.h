@@ -6,14 +6,17 @@
 #include <cstdint>
 #include <vector>
 
+#include "scene/model/picture_memory.h"
+
 namespace lumi {
 
 template <typename T>
 struct Image {
+  using Values = std::vector<T, PictureMemory<T>>;
   int width = 0;
   int height = 0;
   int channels = 0;
-  std::vector<T> data;  // height x width x channels
+  Values data;  // height x width x channels
 
   Image() = default;
   Image(int w, int h, int c, T value = T{})

@@ -22,6 +22,8 @@ block() {
 json_figure() {
   grep -o "\"$2\": *-\{0,1\}[0-9.]*" <<<"$1" | head -n 1 | grep -o -- '-\{0,1\}[0-9.]*$' | awk -v decimals="${3:-2}" '{ printf "%.*f", decimals, $1 }'
 }
+# json_text TEXT KEY: the first text of that name.
+json_text() { grep -o "\"$2\": *\"[^\"]*\"" <<<"$1" | head -n 1 | cut -d'"' -f4; }
 # simulated NAME EXAMPLE OPTIONS...: a capture in $work/NAME, made where it is missing.
 simulated() {
   local name=$1 example=$2

@@ -1,6 +1,8 @@
-// What a frame from sparse samples costs on this machine's OpenGL, against the least that blending as many layers
-// costs: a shader that does nothing but project, look up, weigh and add. Milliseconds are medians; the ratios are the
-// figures.
+// What a frame costs on this machine's OpenGL, against the least that blending as many layers costs: a shader that does
+// nothing but project, look up, weigh and add. Milliseconds are medians; the ratios are the figures.
+//   gl_blend_bench                   frames from sparse samples, 1024x768
+//   gl_blend_bench frames WxH        every way of weighing, at that size
+//   gl_blend_bench device            what draws
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 
@@ -8,7 +10,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "render/gl/egl_context.h"
@@ -20,7 +25,7 @@
 namespace lumi {
 namespace {
 
-constexpr int kWidth = 1024, kHeight = 768, kRepeats = 21;
+constexpr int kRepeats = 21;
 constexpr int kPhotoWidth = 640, kPhotoHeight = 480;
 
 // Medians of several things done in turn, so that whatever else the machine does meets all of them.
@@ -73,13 +78,15 @@ World MakeWorld(int views) {
   return w;
 }
 
-RenderView DesiredView() {
-  return MakeRenderView(Camera::Pinhole(kWidth, kHeight, 900, 900, 0.5 * kWidth, 0.5 * kHeight),
+// What 1024x768 pixels at a focal length of 900 pixels see, in height.
+RenderView DesiredView(const Eigen::Vector2i& size_px) {
+  const double f = 900.0 / 768 * size_px.y();
+  return MakeRenderView(Camera::Pinhole(size_px.x(), size_px.y(), f, f, 0.5 * size_px.x(), 0.5 * size_px.y()),
                         LookAt({0.3, 0.2, 4.6}, {0.1, 0.1, 0}, -Eigen::Vector3d::UnitY()));
 }
 
 // Layers a pixel, on average over the picture.
-double Layers(const SparsePlan& plan) {
+double Layers(const SparsePlan& plan, const Eigen::Vector2i& size_px) {
   double sum = 0;
   for (const SparseTriangle& t : plan.triangles) {
     std::array<Eigen::Vector2d, 3> x;
@@ -87,7 +94,7 @@ double Layers(const SparsePlan& plan) {
     const Eigen::Vector2d a = x[1] - x[0], b = x[2] - x[0];
     sum += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x()) * t.count;
   }
-  return sum / (kWidth * kHeight);
+  return sum / size_px.cast<double>().prod();
 }
 
 // Nothing but the blending: homographies and weights in uniforms, one bilinear look-up a layer.
@@ -98,25 +105,33 @@ class BareBlend {
     for (std::size_t i = 0; i < world.photos.size(); ++i) photos_.Upload(i, world.photos[i]);
     array_ = GlVertexArray::Make();
   }
-  // A frame that blends as the plan's middle triangle.
-  std::function<void()> Frame(const ViewSetup& setup, const SparsePlan& plan, GlTarget& target, int layers) {
+  // A frame of this size that blends as the plan's middle triangle, by a fragment or a compute shader.
+  std::function<void()> Frame(const ViewSetup& setup, const SparsePlan& plan, const Eigen::Vector2i& size_px,
+                              GlTarget& target, int layers, bool compute = false) {
+    const std::string begin = compute ? R"(layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f, binding = 0) writeonly uniform image2D picture;
+#define AT_PX (vec2(gl_GlobalInvocationID.xy) + 0.5)
+#define SHOW(c) imageStore(picture, ivec2(gl_GlobalInvocationID.xy), c))"
+                                      : R"(layout(location = 0) out vec4 color;
+#define AT_PX gl_FragCoord.xy
+#define SHOW(c) color = c)";
     const std::string text = fmt::format(R"(#version 430 core
-layout(location = 0) out vec4 color;
+{1}
 uniform sampler2DArray photos;
 uniform mat3 photo_from_pixel[{0}];
 uniform float weights[{0}];
 uniform float places[{0}];
 void main() {{
-  vec3 p = vec3(gl_FragCoord.xy, 1.0), mean = vec3(0.0);
+  vec3 p = vec3(AT_PX, 1.0), mean = vec3(0.0);
   for (int i = 0; i < {0}; ++i) {{
     vec3 q = photo_from_pixel[i] * p;
     mean += weights[i] * textureLod(photos, vec3(q.xy / q.z, places[i]), 0.0).rgb;
   }}
-  color = vec4(mean, 1.0);
+  SHOW(vec4(mean, 1.0));
 }}
 )",
-                                         layers);
-    program_ = GlProgram("bare", FullScreenVertexShader(), text);
+                                         layers, begin);
+    program_ = compute ? GlProgram("bare", text) : GlProgram("bare", FullScreenVertexShader(), text);
     const GlProgram& program = program_;
     program.Use();
     std::vector<float> homographies, weights(static_cast<std::size_t>(layers), 1.0F / static_cast<float>(layers)),
@@ -141,10 +156,16 @@ void main() {{
     glUniform1fv(program.Uniform("weights"), layers, weights.data());
     glUniform1fv(program.Uniform("places"), layers, places.data());
     glUniform1i(program.Uniform("photos"), 0);
-    return [this, &target] {
+    return [this, &target, size_px, compute] {
       photos_.Bind(0);
+      if (compute) {
+        program_.Use();
+        glBindImageTexture(0, target.color_texture(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+        glDispatchCompute(static_cast<GLuint>(size_px.x() + 7) / 8, static_cast<GLuint>(size_px.y() + 7) / 8, 1);
+        return;
+      }
       glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());
-      glViewport(0, 0, kWidth, kHeight);
+      glViewport(0, 0, size_px.x(), size_px.y());
       glDisable(GL_DEPTH_TEST);
       program_.Use();
       glBindVertexArray(array_.id());
@@ -160,13 +181,13 @@ void main() {{
 
 class Drawing {
  public:
-  Drawing(const World& world, const RadianceSettings& settings)
+  Drawing(const World& world, const Eigen::Vector2i& size_px, const RadianceSettings& settings)
       : lumigraph_(MakeSources(world.scene),
                    std::vector<Eigen::Vector2i>(world.photos.size(), Eigen::Vector2i(kPhotoWidth, kPhotoHeight))),
         proxy_(world.proxy, world.scene.normalized_from_world) {
     lumigraph_.SetProxy(world.proxy);
     for (std::size_t i = 0; i < world.photos.size(); ++i) lumigraph_.Upload({static_cast<int>(i)}, world.photos[i]);
-    request_.view = DesiredView();
+    request_.view = DesiredView(size_px);
     request_.settings = settings;
   }
   ViewSetup Setup() const { return MakeViewSetup(lumigraph_.sources(), request_.view, request_.settings); }
@@ -177,8 +198,12 @@ class Drawing {
   // Planning, upload, drawing.
   void Frame() {
     lumigraph_.Begin(request_, target_);
-    lumigraph_.Blend(target_, 0, kHeight);
+    lumigraph_.Blend(target_, 0, size_px().y());
   }
+  const Eigen::Vector2i& size_px() const { return request_.view.size_px; }
+  GlLumigraph& lumigraph() { return lumigraph_; }
+  void Begin() { lumigraph_.Begin(request_, target_); }
+  void Read() { (void)lumigraph_.ReadColor(target_, size_px()); }
   GlTarget& target() { return target_; }
 
  private:
@@ -189,32 +214,34 @@ class Drawing {
   RenderRequest request_;
 };
 
-int Run() {
-  const EglContext context;
-  const EglContext::Current current(context);
-  fmt::print(
-      "\n## Sparse samples in OpenGL\n\n{}, {} threads, {}x{}, 25x25 samples, a plane. Bare: a shader that only blends "
-      "as "
-      "many layers.\n\n| photos | k | prefilter | field of view | layers | frame ms | of it planning ms | bare ms | "
-      "ratio "
-      "|\n|---|---|---|---|---|---|---|---|---|\n",
-      GlDeviceName(), ThreadCount(), kWidth, kHeight);
+RadianceSettings SparseSettings() {
   RadianceSettings settings;
   settings.grid_columns = settings.grid_rows = 25;
   settings.sampling = Sampling::kInterpolated;
   settings.visibility = false;
+  return settings;
+}
+
+void SparseSamples() {
+  const Eigen::Vector2i size(1024, 768);
+  fmt::print(
+      "\n## Sparse samples in OpenGL\n\n{}, {} threads, {}x{}, 25x25 samples, a plane. Bare: a shader that only blends "
+      "as many layers.\n\n| photos | k | prefilter | field of view | layers | frame ms | of it planning ms | bare ms | "
+      "ratio |\n|---|---|---|---|---|---|---|---|---|\n",
+      GlDeviceName(), ThreadCount(), size.x(), size.y());
+  RadianceSettings settings = SparseSettings();
   const World few = MakeWorld(50), many = MakeWorld(262);
   for (const bool prefilter : {false, true})
     for (const bool field_of_view : {false, true}) {
       settings.prefilter = prefilter;
       settings.field_of_view = field_of_view;
-      Drawing drawing(few, settings);
+      Drawing drawing(few, size, settings);
       BareBlend bare(few);
       const SparsePlan plan = drawing.Plan();
-      const double layers = Layers(plan);
+      const double layers = Layers(plan, size);
       const auto ms =
           MedianMs({[&] { drawing.Frame(); },
-                    bare.Frame(drawing.Setup(), plan, drawing.target(), static_cast<int>(std::lround(layers))),
+                    bare.Frame(drawing.Setup(), plan, size, drawing.target(), static_cast<int>(std::lround(layers))),
                     [&] { drawing.Plan(); }});
       fmt::print("| 50 | 4 | {} | {} | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", prefilter ? "on" : "off",
                  field_of_view ? "on" : "off", layers, ms[0], ms[2], ms[1], ms[0] / ms[1]);
@@ -224,7 +251,7 @@ int Run() {
     RadianceSettings candidates = settings, pixel = settings;
     candidates.sampling = Sampling::kCandidates;
     pixel.grid_columns = pixel.grid_rows = 0;
-    Drawing a(few, settings), b(few, candidates), c(few, pixel);
+    Drawing a(few, size, settings), b(few, size, candidates), c(few, size, pixel);
     const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { c.Frame(); }});
     fmt::print(
         "\n## Weights in OpenGL\n\n50 photos, k = 4.\n\n| interpolated ms | candidates ms | ratio | all photos at "
@@ -233,17 +260,79 @@ int Run() {
         ms[0], ms[1], ms[1] / ms[0], ms[2], ms[2] / ms[0]);
   }
   settings.k = 5;
-  Drawing a(few, settings), b(many, settings);
+  Drawing a(few, size, settings), b(many, size, settings);
   const auto ms = MedianMs({[&] { a.Frame(); }, [&] { b.Frame(); }, [&] { a.Plan(); }, [&] { b.Plan(); }});
   fmt::print(
       "\n## Sparse samples in OpenGL by the number of photos\n\nk = 5.\n\n| photos | frame ms | planning ms | layers | "
       "ratio |\n|---|---|---|---|---|\n| 50 | {:.2f} | {:.2f} | {:.1f} | |\n| 262 | {:.2f} | {:.2f} | {:.1f} | {:.2f} "
       "|\n",
-      ms[0], ms[2], Layers(a.Plan()), ms[1], ms[3], Layers(b.Plan()), ms[1] / ms[0]);
+      ms[0], ms[2], Layers(a.Plan(), size), ms[1], ms[3], Layers(b.Plan(), size), ms[1] / ms[0]);
+}
+
+// Every way of weighing that OpenGL has, with the planning that each needs on the CPU.
+void Frames(const Eigen::Vector2i& size) {
+  fmt::print(
+      "\n## Frames of {}x{} in OpenGL\n\n{}, {} threads. Photos of {}x{} before a plane, k = 4; sparse: 25x25 samples. "
+      "First: planning on the CPU, the proxy's depth, the photos of each tile. Bare: a shader of that kind that only "
+      "blends 4 layers. Nothing is read back.\n\n| photos | how | shader | frame ms | of it first ms | frames a second "
+      "| "
+      "bare ms | ratio |\n|---|---|---|---|---|---|---|---|\n",
+      size.x(), size.y(), GlDeviceName(), ThreadCount(), kPhotoWidth, kPhotoHeight);
+  RadianceSettings interpolated = SparseSettings(), candidates = interpolated, optimum = interpolated,
+                   pixel = interpolated;
+  candidates.sampling = Sampling::kCandidates;
+  optimum.similarity = Similarity::kFull;
+  optimum.correlation = Correlation::kFallingLeaves;
+  pixel.grid_columns = pixel.grid_rows = 0;
+  struct Way {
+    const char* how;
+    const RadianceSettings* settings;
+    bool compute;
+  };
+  double read_ms = 0;
+  for (const int photos : {50, 262}) {
+    const World world = MakeWorld(photos);
+    for (const Way& way : {Way{"interpolated weights", &interpolated, false},
+                           {"optimum on samples", &optimum, false},
+                           {"candidates", &candidates, false},
+                           {"candidates", &candidates, true},
+                           {"all photos at every pixel", &pixel, false},
+                           {"all photos at every pixel", &pixel, true}}) {
+      Drawing drawing(world, size, *way.settings), plain(world, size, interpolated);
+      drawing.lumigraph().SetComputing(way.compute);
+      BareBlend bare(world);
+      plain.Frame();  // makes its target
+      const SparsePlan plan = plain.Plan();
+      const auto ms =
+          MedianMs({[&] { drawing.Frame(); }, bare.Frame(plain.Setup(), plan, size, plain.target(), 4, way.compute),
+                    [&] { drawing.Begin(); }});
+      fmt::print("| {} | {} | {} | {:.2f} | {:.2f} | {:.0f} | {:.2f} | {:.1f} |\n", photos, way.how,
+                 way.compute ? "compute" : "fragment", ms[0], ms[2], 1000 / ms[0], ms[1], ms[0] / ms[1]);
+      if (read_ms == 0) read_ms = MedianMs({[&] { drawing.Read(); }})[0];
+    }
+  }
+  fmt::print("\nReading a picture back, four floats a pixel, takes {:.1f} ms.\n", read_ms);
+}
+
+int Run(const std::vector<std::string>& arguments) {
+  const EglContext context;
+  const EglContext::Current current(context);
+  int width = 0, height = 0;
+  if (arguments.empty()) {
+    SparseSamples();
+  } else if (arguments == std::vector<std::string>{"device"}) {
+    fmt::print("{}\n", GlDeviceName());
+  } else if (arguments.size() == 2 && arguments[0] == "frames" &&
+             std::sscanf(arguments[1].c_str(), "%dx%d", &width, &height) == 2 && width > 0 && height > 0) {
+    Frames({width, height});
+  } else {
+    fmt::print(stderr, "gl_blend_bench [frames WxH | device]\n");
+    return 2;
+  }
   return 0;
 }
 
 }  // namespace
 }  // namespace lumi
 
-int main() { return lumi::Run(); }
+int main(int argc, char** argv) { return lumi::Run({argv + 1, argv + argc}); }

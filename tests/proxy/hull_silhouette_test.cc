@@ -63,11 +63,11 @@ TEST(Silhouettes, FromMasksAlphaAndBackgrounds) {
   rgba.At(0, 0, 3) = 255;
   rgba.At(1, 0, 3) = 10;
   EXPECT_TRUE(HasAlpha(rgba));
-  EXPECT_EQ(SilhouetteFromAlpha(rgba).data, (std::vector<std::uint8_t>{255, 0, 0}));
+  EXPECT_EQ(SilhouetteFromAlpha(rgba).data, (Image8::Values{255, 0, 0}));
   EXPECT_THROW(SilhouetteFromAlpha(Image8(1, 1, 3)), std::invalid_argument);
   Image8 mask(2, 1, 3, 255);
   mask.At(1, 0, 1) = mask.At(1, 0, 0) = 0;
-  EXPECT_EQ(SilhouetteFromMask(mask).data, (std::vector<std::uint8_t>{255, 0}));
+  EXPECT_EQ(SilhouetteFromMask(mask).data, (Image8::Values{255, 0}));
 
   Image8 background(40, 30, 3, 200), photo = background;
   for (int y = 10; y < 20; ++y)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "render/picture/convert.h"
 #include "render/radiance/weights.h"
 #include "render/world/visibility_maps.h"
 #include "tests/render/gl_test_scene.h"
@@ -222,6 +223,57 @@ TEST_F(GlWeights, TilesLeaveOutNoCameraThatMatters) {
 }
 
 // Two photos from one place share at their common epipole, and nobody else has a part.
+// A compute shader draws on graphics processors, a fragment shader elsewhere: in every way of weighing, in pictures
+// that fill no group of its pixels, and strip by strip.
+TEST_F(GlWeights, ComputedPicturesAreThoseThatAreDrawn) {
+  constexpr float kRounding = 2e-5F;
+  Load(test::Photographed(10, 160));
+  struct Case {
+    const char* name;
+    void (*change)(RenderRequest&);
+  };
+  for (const Case& c :
+       {Case{"as by default", [](RenderRequest&) {}}, Case{"k 1", [](RenderRequest& r) { r.settings.k = 1; }},
+        Case{"all", [](RenderRequest& r) { r.settings.k = 0; }},
+        Case{"false colours", [](RenderRequest& r) { r.show = Show::kFalseColor; }},
+        Case{"no field of view", [](RenderRequest& r) { r.settings.field_of_view = false; }},
+        Case{"resolution by Jacobian", [](RenderRequest& r) { r.settings.resolution = Resolution::kJacobian; }},
+        Case{"falling leaves", [](RenderRequest& r) { r.settings.correlation = Correlation::kFallingLeaves; }},
+        Case{"candidates", [](RenderRequest& r) {
+               r.settings.grid_columns = r.settings.grid_rows = 9;
+               r.settings.sampling = Sampling::kCandidates;
+             }}}) {
+    SCOPED_TRACE(c.name);
+    RenderRequest request;
+    request.view = test::ArcView(0.93, 203, 149, 210);
+    c.change(request);
+    lumigraph_->SetComputing(false);
+    const ImageF drawn = Draw(request);
+    lumigraph_->SetComputing(true);
+    const ImageF computed = Draw(request);
+    EXPECT_GT(Coverage(drawn), 0.2);
+    lumigraph_->Begin(request, *target_);
+    for (const auto& [first, last] : {std::pair{0, 37}, {37, 40}, {40, 149}}) lumigraph_->Blend(*target_, first, last);
+    const ImageF strips = lumigraph_->ReadColor(*target_, request.view.size_px);
+    float worst = 0;
+    for (std::size_t i = 0; i < drawn.data.size(); ++i)
+      worst = std::max(worst, std::abs(drawn.data[i] - computed.data[i]));
+    EXPECT_LE(worst, kRounding);
+    EXPECT_EQ(strips.data, computed.data);
+    // Only the rows asked for: what was there before stays in the others.
+    request.view = test::ArcView(0.5, 203, 149, 210);
+    lumigraph_->Begin(request, *target_);
+    lumigraph_->Blend(*target_, 50, 60);
+    const ImageF part = lumigraph_->ReadColor(*target_, request.view.size_px);
+    const auto row = [&](const ImageF& image, int y) {
+      return std::vector(image.data.begin() + 4 * 203 * y, image.data.begin() + 4 * 203 * (y + 1));
+    };
+    EXPECT_EQ(row(part, 49), row(computed, 49));
+    EXPECT_NE(row(part, 55), row(computed, 55));
+    EXPECT_EQ(row(part, 60), row(computed, 60));
+  }
+}
+
 TEST_F(GlWeights, CamerasAtOnePlaceShare) {
   test::World world = test::MakeWorld(11, 100);
   world.scene.views[4].cam_from_world = world.scene.views[3].cam_from_world;

@@ -76,13 +76,13 @@ TEST(ImageIo, FloatsAreClampedAndWhatIsNoNumberIsBlack) {
 TEST(ImageIo, GreyIsSpreadAndAlphaIsKeptOrDroppedWithoutTouchingTheColours) {
   const TempFolder folder;
   WriteRaw<std::uint8_t>(folder / "grey.png", 2, 1, 1, OIIO::TypeDesc::UINT8, {10, 200});
-  EXPECT_EQ(ReadImage8(folder / "grey.png").data, (std::vector<std::uint8_t>{10, 10, 10, 200, 200, 200}));
-  EXPECT_EQ(ReadImage8(folder / "grey.png", 4).data, (std::vector<std::uint8_t>{10, 10, 10, 255, 200, 200, 200, 255}));
+  EXPECT_EQ(ReadImage8(folder / "grey.png").data, (Image8::Values{10, 10, 10, 200, 200, 200}));
+  EXPECT_EQ(ReadImage8(folder / "grey.png", 4).data, (Image8::Values{10, 10, 10, 255, 200, 200, 200, 255}));
   WriteRaw<std::uint8_t>(folder / "ga.png", 2, 1, 2, OIIO::TypeDesc::UINT8, {10, 0, 200, 90});
-  EXPECT_EQ(ReadImage8(folder / "ga.png", 4).data, (std::vector<std::uint8_t>{10, 10, 10, 0, 200, 200, 200, 90}));
+  EXPECT_EQ(ReadImage8(folder / "ga.png", 4).data, (Image8::Values{10, 10, 10, 0, 200, 200, 200, 90}));
   WriteRaw<std::uint8_t>(folder / "rgba.png", 2, 1, 4, OIIO::TypeDesc::UINT8, {10, 20, 30, 0, 200, 210, 220, 90});
-  EXPECT_EQ(ReadImage8(folder / "rgba.png").data, (std::vector<std::uint8_t>{10, 20, 30, 200, 210, 220}));
-  EXPECT_EQ(ReadImage8(folder / "rgba.png", 4).data, (std::vector<std::uint8_t>{10, 20, 30, 0, 200, 210, 220, 90}));
+  EXPECT_EQ(ReadImage8(folder / "rgba.png").data, (Image8::Values{10, 20, 30, 200, 210, 220}));
+  EXPECT_EQ(ReadImage8(folder / "rgba.png", 4).data, (Image8::Values{10, 20, 30, 0, 200, 210, 220, 90}));
 }
 
 TEST(ImageIo, AnRgbaImageWrittenAsJpegLosesItsAlphaOnly) {
@@ -159,7 +159,7 @@ TEST(ImageIo, APyramidHalvesByTheMeanOfItsPixelsDownToOne) {
   image.data = {0, 10, 100, 200, 20, 30, 100, 200};
   const auto pyramid = BuildPyramid(image);
   ASSERT_EQ(pyramid.size(), 3u);
-  EXPECT_EQ(pyramid[1].data, (std::vector<std::uint8_t>{15, 150}));
+  EXPECT_EQ(pyramid[1].data, (Image8::Values{15, 150}));
   EXPECT_EQ(pyramid[2].width, 1);
   EXPECT_EQ(pyramid[2].height, 1);
   EXPECT_NEAR(pyramid[2].data[0], 82.5, 0.5);
