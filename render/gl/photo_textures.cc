@@ -175,6 +175,22 @@ PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::
     rooms_.push_back(room);
     of_kind_.push_back(std::move(kind));
   }
+  for (Group& group : groups_) MakeRoom(group);
+}
+
+// Before the first picture: drivers that compile a shader for the textures it reads (llvmpipe, a quarter of a second)
+// would do it again for each that comes.
+void PhotoTextures::MakeRoom(Group& group) {
+  group.levels = std::bit_width(static_cast<unsigned>(group.size_px.maxCoeff()));
+  group.texture = GlTexture::Make();
+  glBindTexture(GL_TEXTURE_2D_ARRAY, group.texture.id());
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, group.levels, GL_RGBA8, group.size_px.x(), group.size_px.y(), group.layers);
+  // For photos smaller than the texture the shader mixes two levels itself, each with its own border.
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  CheckGl("making room for photos");
 }
 
 void PhotoTextures::AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture,
@@ -240,22 +256,10 @@ void PhotoTextures::Upload(std::size_t index, const Photo& photo) {
 void PhotoTextures::Fill(PhotoPlace& place, const Photo& photo) {
   const Image8& first = photo.levels.front();
   Group& group = groups_[static_cast<std::size_t>(place.group)];
-  const GLint level_count = std::bit_width(static_cast<unsigned>(group.size_px.maxCoeff()));
-  if (!group.texture) {
-    group.texture = GlTexture::Make();
-    glBindTexture(GL_TEXTURE_2D_ARRAY, group.texture.id());
-    glTexStorage3D(GL_TEXTURE_2D_ARRAY, level_count, GL_RGBA8, group.size_px.x(), group.size_px.y(), group.layers);
-    // For photos smaller than the texture the shader mixes two levels itself, each with its own border.
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    CheckGl("making room for photos");
-  }
   glBindTexture(GL_TEXTURE_2D_ARRAY, group.texture.id());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   // A pyramid's level is half the one before, rounded down, as GL's own: it fits into the texture's level.
-  const int levels = std::min(static_cast<int>(photo.levels.size()), level_count);
+  const int levels = std::min(static_cast<int>(photo.levels.size()), group.levels);
   for (int l = 0; l < levels; ++l) {
     const Image8& image = photo.levels[static_cast<std::size_t>(l)];
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, l, 0, 0, place.layer, image.width, image.height, 1, GL_RGB, GL_UNSIGNED_BYTE,
@@ -266,10 +270,6 @@ void PhotoTextures::Fill(PhotoPlace& place, const Photo& photo) {
   place.size_px = {first.width, first.height};
   place.top_level = levels - 1;
   if (!again) bytes_loaded_ += TexelBytes(place);
-  if (levels > group.levels) {
-    group.levels = levels;
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels - 1);
-  }
   place.shift = photo.level0_shift;
   place.loaded = true;
 }

@@ -65,16 +65,17 @@ class PhotoTextures {
   struct Layer {
     int group = 0, layer = 0;
   };
-  void AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture, std::vector<Layer>& free);
-  std::vector<Layer>& FreeLayers(std::size_t index, const Eigen::Vector2i& size_px);
-  void TakeLayer(std::size_t index, const Eigen::Vector2i& size_px);
-  void Fill(PhotoPlace& place, const Photo& photo);
   struct Group {
     Eigen::Vector2i size_px = Eigen::Vector2i::Zero();
     int layers = 0;
-    int levels = 0;     // of the tallest pyramid in it
-    GlTexture texture;  // made with its first photo
+    int levels = 0;
+    GlTexture texture;
   };
+  void AddGroups(const Eigen::Vector2i& size_px, int layers, int layers_a_texture, std::vector<Layer>& free);
+  static void MakeRoom(Group& group);
+  std::vector<Layer>& FreeLayers(std::size_t index, const Eigen::Vector2i& size_px);
+  void TakeLayer(std::size_t index, const Eigen::Vector2i& size_px);
+  void Fill(PhotoPlace& place, const Photo& photo);
   // Of photos of one size, about.
   struct Kind {
     Eigen::Vector2i whole_px = Eigen::Vector2i::Zero();

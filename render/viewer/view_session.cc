@@ -115,7 +115,10 @@ JsonKeys ViewSession::Run() {
     window_.Swap();
     ++frames;
     last_ms_ = 1000 * SecondsSince(last);
-    if (painted()) frame_ms_.push_back(last_ms_);
+    if (painted() && first_picture_)
+      frame_ms_.push_back(last_ms_);
+    else if (painted() && with_photos())
+      first_picture_ = Clock::now();
     if (script_.given) {
       AfterPainting();
       if (script_.steps.empty() || !dropped_.empty()) break;

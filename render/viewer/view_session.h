@@ -5,6 +5,7 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ class ViewSession {
   bool panel_shown() const { return panel(); }
   // A message that stands at the start.
   void Greet(const std::string& text) { Say(text, 20); }
+  // When the first picture of photos had been shown. Frames are timed from then on: before, shaders are compiled.
+  std::optional<Clock::time_point> first_picture() const { return first_picture_; }
   // A scene that was dropped on the window, which ended Run; empty: none. What is left of the script is for it.
   const std::filesystem::path& dropped() const { return dropped_; }
   std::vector<ScriptStep> script_left() const { return {script_.steps.begin(), script_.steps.end()}; }
@@ -45,6 +48,7 @@ class ViewSession {
   virtual double Wait_s() const = 0;  // before the next
 
   virtual bool painted() const { return true; }  // the last Paint drew something
+  virtual bool with_photos() const { return true; }  // ... of photos that are there
   virtual bool AtRest() const = 0;               // nothing changes by itself any more; ends a script's 'wait'
   virtual bool ReadyForScreenshot() const = 0;
   virtual bool panel() const = 0;           // is shown
@@ -79,6 +83,7 @@ class ViewSession {
   std::vector<std::string> screenshots_;
   double last_ms_ = 0;
   std::vector<double> frame_ms_;
+  std::optional<Clock::time_point> first_picture_;
 };
 
 // F, G, [ and ]: what is seen, and photos a pixel. Returns whether it was one of them.

@@ -53,7 +53,9 @@ Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& sc
     else
       session = std::make_unique<Viewer>(options, window, *opened, progress, script);
     if (!message.empty()) session->Greet(message);
-    JsonKeys summary = session->Run().Say("seconds_to_open", opened_s);
+    JsonKeys summary = session->Run();
+    const auto seen = session->first_picture();
+    summary.Say("seconds_to_open", seen ? std::chrono::duration<double>(*seen - start).count() : opened_s);
     if (script.empty())
       Keep({window.Size().x(), window.Size().y(), options.show_ui ? session->panel_shown() : options.panel},
            RememberedFile());
