@@ -137,7 +137,7 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
       for (std::size_t i = begin; i < end; ++i) {
         Image8 pixels = std::move(photos_[i].levels.front());
         lumi::Correct(*scene_.views[i].correction, pixels);
-        photos_[i].levels = BuildPyramid(pixels);
+        photos_[i].levels = BuildPyramid(std::move(pixels));
       }
     });
   if (cache_) TakeSmallCopies(sink);

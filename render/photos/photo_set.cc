@@ -1,6 +1,7 @@
 #include "render/photos/photo_set.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "render/photos/photo_correction.h"
 #include "scene/files/image_io.h"
@@ -13,7 +14,7 @@ Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   const View& of = scene.views[static_cast<std::size_t>(view.value)];
   Image8 pixels = ReadImage8(scene.ImagePath(of), 3);
   if (of.correction) Correct(*of.correction, pixels);
-  photo.levels = BuildPyramid(pixels, options.pyramids ? 0 : 1);
+  photo.levels = BuildPyramid(std::move(pixels), options.pyramids ? 0 : 1);
   return photo;
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/codecs.h"
@@ -152,12 +153,14 @@ Image8 Resize(const Image8& image, int width, int height) {
   return resized;
 }
 
-std::vector<Image8> BuildPyramid(const Image8& image, int levels) {
-  std::vector<Image8> pyramid{image};
-  while (!image.empty() && (levels <= 0 || static_cast<int>(pyramid.size()) < levels)) {
+std::vector<Image8> BuildPyramid(Image8 image, int levels) {
+  std::vector<Image8> pyramid;
+  pyramid.push_back(std::move(image));
+  while (!pyramid.front().empty() && (levels <= 0 || static_cast<int>(pyramid.size()) < levels)) {
     const Image8& last = pyramid.back();
     if (last.width == 1 && last.height == 1) break;
-    pyramid.push_back(Resize(last, std::max(1, last.width / 2), std::max(1, last.height / 2)));
+    Image8 half = Resize(last, std::max(1, last.width / 2), std::max(1, last.height / 2));
+    pyramid.push_back(std::move(half));
   }
   return pyramid;
 }

@@ -55,7 +55,7 @@ void WriteImage(const std::filesystem::path& path, const Image8& image, int jpeg
 void WriteImage(const std::filesystem::path& path, const ImageF& image);
 
 // Box-filtered halves, level 0 the image itself, down to 1x1 or `levels`.
-std::vector<Image8> BuildPyramid(const Image8& image, int levels = 0);
+std::vector<Image8> BuildPyramid(Image8 image, int levels = 0);
 
 // Resampled by area averaging (shrinking) or bilinear (growing).
 Image8 Resize(const Image8& image, int width, int height);

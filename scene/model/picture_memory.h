@@ -2,17 +2,16 @@
 // 4 KB that takes longer than drawing it on a graphics processor. Large pictures ask for pages of 2 MB.
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cstddef>
 #include <new>
 
 namespace lumi {
 
 constexpr std::size_t kLargePage = std::size_t(2) << 20;
-// From this size on, what is lost at the last page's end is an eighth of it at most.
+// Smaller ones do not: photos are many, and each would cost the kernel an area of its own, of which it has 65,530.
 constexpr std::size_t kLargePicture = 8 * kLargePage;
-
-// Advice to the kernel: nothing happens where it has no such pages.
-void WantLargePages(void* begin, std::size_t bytes);
 
 // An allocator for std::vector.
 template <typename T>
@@ -26,7 +25,9 @@ struct PictureMemory {
     const std::size_t bytes = n * sizeof(T);
     if (bytes < kLargePicture) return static_cast<T*>(::operator new(bytes));
     void* memory = ::operator new(bytes, std::align_val_t(kLargePage));
-    WantLargePages(memory, bytes);
+    // Whole pages only: the last one would take up to 2 MB more than the picture. Advice: nothing happens where the
+    // kernel has no such pages.
+    madvise(memory, bytes / kLargePage * kLargePage, MADV_HUGEPAGE);
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, std::size_t n) {
