@@ -183,9 +183,10 @@ void KeepOrClear(const std::filesystem::path& folder, const std::filesystem::pat
 // Frames coded at the same time, in a sixteenth of the memory that there is: on half of the cores, because drawing on a
 // processor takes all of them.
 static std::size_t FramesAtOnce(const RenderJob& job, const Eigen::Vector2i& size_px) {
+  constexpr std::uint64_t kBytesAPixel = 4 * sizeof(float) + 4 + 3;  // as it was drawn, as PNG and as the film take it
   const RenderOptions& o = job.options;
   const std::uint64_t memory = o.memory_mb > 0 ? static_cast<std::uint64_t>(o.memory_mb) << 20 : AvailableMemory();
-  const std::uint64_t bytes = 4 * sizeof(float) * static_cast<std::uint64_t>(size_px.cast<std::int64_t>().prod());
+  const std::uint64_t bytes = kBytesAPixel * static_cast<std::uint64_t>(size_px.cast<std::int64_t>().prod());
   const int cores = std::max(1, ThreadCount() / 2);
   return static_cast<std::size_t>(std::clamp<std::uint64_t>(memory / 16 / bytes, 1, static_cast<std::uint64_t>(cores)));
 }
@@ -234,10 +235,11 @@ void RenderPath(RenderJob& job) {
   Progress progress(job.sink, "rendering frames", static_cast<long>(end - begin));
   std::vector<double> times;
   double seen = 0, window = 0, wider = 0;
-  FramesInProgress coded(FramesAtOnce(job, figures.size_px), ThreadCount() > 1);
   const auto film = [&](std::size_t i, Image8 rgb) {
     if (video) video->Add(i, rgb);
   };
+  // Last, and so the first to end: frames in progress refer to all of the above.
+  FramesInProgress coded(FramesAtOnce(job, figures.size_px), ThreadCount() > 1);
   for (std::size_t i = begin; i < end; ++i) {
     const std::filesystem::path stem = o.output / "frames" / fmt::format("frame_{:06}", i),
                                 file = stem.string() + "." + o.format;

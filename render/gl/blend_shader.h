@@ -47,7 +47,7 @@ std::string BlendFragmentShader(const BlendVariant& variant);
 // image 0: of rows picture_rows.x to picture_rows.y - 1, of picture_rows.z columns. Server cards have a few units only
 // that draw fragments (an H100 4 of 132), and all of them compute.
 std::string BlendComputeShader(const BlendVariant& variant);
-constexpr int kBlendGroupPx = 8;  // a side; divides kTilePx, so that a group looks at one list
+constexpr int kBlendGroupPx = 8;  // a side; divides kTilePx: in a whole picture a group looks at one list
 // Rows of four floats that a camera takes.
 int CameraRows(const BlendVariant& variant);
 

@@ -472,12 +472,13 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
 void GlLumigraph::ComputePixels(const GlTarget& target, int first_row, int last_row) const {
   const auto groups = [](int px) { return static_cast<GLuint>((px + kBlendGroupPx - 1) / kBlendGroupPx); };
   program_->blend.Use();
+  // What was drawn to the picture, looked up in it or stored before is done with.
+  glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   glUniform3i(program_->blend.Uniform("picture_rows"), first_row, last_row, size_px_.x());
   glBindImageTexture(0, target.color_texture(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
   glDispatchCompute(groups(size_px_.x()), groups(last_row - first_row), 1);
   // It is read back, drawn over (lines), or looked up in the viewer's window.
-  glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
-                  GL_PIXEL_BUFFER_BARRIER_BIT);
+  glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 void GlLumigraph::DrawLines(GlTarget& target) {

@@ -33,7 +33,7 @@ class GlLumigraph {
  public:
   // photo_sizes_px: level 0 of each photo as it will be uploaded, one a view. Photos that take more than `photo_bytes`
   // together come and go (slots()); unless small_halvings is negative, small copies of all stay. Throws MachineError
-  // without OpenGL 4.3.
+  // without OpenGL 4.3, or without room for the photos.
   GlLumigraph(const Sources& cameras, const std::vector<Eigen::Vector2i>& photo_sizes_px,
               std::size_t photo_bytes = std::numeric_limits<std::size_t>::max(), int small_halvings = -1);
 

@@ -116,11 +116,12 @@ std::size_t TexelBytes(const PhotoPlace& place) {
 
 PhotoTextures::PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px, std::size_t bytes, int small_halvings)
     : places_(sizes_px.size()), small_copies_(sizes_px.size()), planned_px_(sizes_px), kinds_(sizes_px.size()) {
-  GLint max_layers = 256, units = 16, max_size = 4096;
+  GLint max_layers = 256, units = 16, compute_units = 16, max_size = 4096;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &max_layers);
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+  glGetIntegerv(GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS, &compute_units);
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
-  const int max_groups = std::min(units - kReservedTextureUnits, kMaxPhotoGroups);
+  const int max_groups = std::min(std::min(units, compute_units) - kReservedTextureUnits, kMaxPhotoGroups);
   max_layers = std::min(max_layers, kMaxPhotoLayers);
 
   std::vector<SizeClass> classes;

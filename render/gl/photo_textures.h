@@ -33,10 +33,10 @@ struct PhotoPlace {
 // Needs a current context.
 class PhotoTextures {
  public:
-  // sizes_px: level 0 of each photo as it will be uploaded. Nothing is allocated yet. Photos that take more than
-  // `bytes` together are not all held: see kinds() and rooms(). Unless small_halvings is negative, copies of all of
-  // them that are halved so often are, as part of these bytes. Throws MachineError where that many photos of that many
-  // sizes cannot be held at once.
+  // sizes_px: level 0 of each photo as it will be uploaded. There is room for all of them from now on; photos that take
+  // more than `bytes` together are not all held: see kinds() and rooms(). Unless small_halvings is negative, copies of
+  // all of them that are halved so often are, as part of these bytes. Throws MachineError where that many photos of
+  // that many sizes cannot be held at once, or graphics memory is full.
   explicit PhotoTextures(const std::vector<Eigen::Vector2i>& sizes_px,
                          std::size_t bytes = std::numeric_limits<std::size_t>::max(), int small_halvings = -1);
 

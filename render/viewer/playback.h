@@ -24,6 +24,7 @@ class Playback final : public ViewSession {
   void DrawPanels() override;
   void Compose() override;
   double Wait_s() const override;
+  bool with_photos() const override { return !picture_.empty(); }
   bool AtRest() const override { return !playing_since_ && drawn_ == Wanted(); }
   bool ReadyForScreenshot() const override { return drawn_ == Wanted(); }
   bool panel() const override { return panel_; }

@@ -47,9 +47,9 @@ class ViewSession {
   virtual void AfterComposing() {}
   virtual double Wait_s() const = 0;  // before the next
 
-  virtual bool painted() const { return true; }  // the last Paint drew something
+  virtual bool painted() const { return true; }      // the last Paint drew something
   virtual bool with_photos() const { return true; }  // ... of photos that are there
-  virtual bool AtRest() const = 0;               // nothing changes by itself any more; ends a script's 'wait'
+  virtual bool AtRest() const = 0;                   // nothing changes by itself any more; ends a script's 'wait'
   virtual bool ReadyForScreenshot() const = 0;
   virtual bool panel() const = 0;           // is shown
   virtual void Summarise(JsonKeys& j) = 0;  // adds to it

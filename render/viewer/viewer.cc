@@ -46,7 +46,6 @@ Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& sc
   }
   try {
     const std::unique_ptr<Opened> opened = future.get();
-    const double opened_s = SecondsSince(start);
     std::unique_ptr<ViewSession> session;
     if (opened->matrices)
       session = std::make_unique<Playback>(options, window, *opened, script);
@@ -54,8 +53,8 @@ Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& sc
       session = std::make_unique<Viewer>(options, window, *opened, progress, script);
     if (!message.empty()) session->Greet(message);
     JsonKeys summary = session->Run();
-    const auto seen = session->first_picture();
-    summary.Say("seconds_to_open", seen ? std::chrono::duration<double>(*seen - start).count() : opened_s);
+    if (const auto seen = session->first_picture())
+      summary.Say("seconds_to_open", std::chrono::duration<double>(*seen - start).count());
     if (script.empty())
       Keep({window.Size().x(), window.Size().y(), options.show_ui ? session->panel_shown() : options.panel},
            RememberedFile());

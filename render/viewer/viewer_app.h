@@ -122,7 +122,7 @@ class Viewer final : public ViewSession {
   void AfterComposing() override { StepLiveRecording(); }
   double Wait_s() const override;
   bool painted() const override { return painter_.painted(); }
-  bool with_photos() const override { return facts_.photos_loaded > 0; }
+  bool with_photos() const override { return facts_.photos_loaded > 0 || arriving_.small_copies; }
   bool AtRest() const override;
   bool ReadyForScreenshot() const override {
     return painter_.complete() && !(Settled() && (RefinementOpen() || HeatOpen()));

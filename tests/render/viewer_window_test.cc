@@ -111,6 +111,7 @@ TEST_F(ViewerWindow, PlaysAPathOfMatricesAndStaysOnIt) {
   ASSERT_EQ(r.exit_code, 0) << r.messages;
   EXPECT_EQ(r.json["keys"], 8);
   EXPECT_GE(r.json["played"], 1);
+  EXPECT_GT(r.json["seconds_to_open"], 0);
   EXPECT_EQ(r.json["frame"], "projective");
   // In the middle of the window, as large as fits: 267 x 200 of 320 x 200.
   const auto middle = [&](const char* name) {
@@ -147,6 +148,10 @@ TEST_F(ViewerWindow, FollowsAScript) {
                               "--height", "180", "--script", script});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(r.exit_code, 0) << r.messages;
+  // Opening lasts to the first picture of photos; the frames after it were timed.
+  EXPECT_GT(r.json["seconds_to_open"], 0);
+  EXPECT_GT(r.json["median_frame_ms"], 0);
+  EXPECT_GE(r.json["slowest_frame_ms"], r.json["median_frame_ms"]);
   EXPECT_EQ(r.json["screenshots"].size(), 6U);
   EXPECT_EQ(r.json["proxy"], "floor");
   const ViewState fifth = StateOfView(world_.scene, {5});
