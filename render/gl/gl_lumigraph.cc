@@ -89,7 +89,7 @@ const GlLumigraph::Programs& GlLumigraph::ProgramsFor(const BlendVariant& varian
   if (found == programs_.end()) {
     Programs programs{variant.compute ? GlProgram("blend", BlendComputeShader(variant))
                                       : GlProgram("blend", FullScreenVertexShader(), BlendFragmentShader(variant)),
-                      GlProgram()};
+                      GlProgram(), variant.compute};
     Prepare(programs.blend, variant);
     if (variant.lists == CameraLists::kTiles) {
       programs.cull = GlProgram("cull", CullComputeShader(variant));
@@ -288,7 +288,6 @@ void GlLumigraph::BeginPixels(const RenderRequest& request, const ViewSetup& set
   UploadCameras(setup, variant);
   const Programs& programs = ProgramsFor(variant);
   program_ = &programs;
-  program_computes_ = variant.compute;
   const Eigen::Vector2i tiles = (size_px_.array() + (kTilePx - 1)) / kTilePx;
   const int tile_count = tiles.prod();
   const std::size_t tile_words = packed_views_.size() + 1,
@@ -340,7 +339,6 @@ void GlLumigraph::BeginCells(const RenderRequest& request, const ViewSetup& setu
   if (request.show == Show::kTessellation) lines_.Set(plan, size_px_);
   statistics_.samples = plan.samples;
   program_ = &programs;
-  program_computes_ = variant.compute;
   CheckGl("uploading the candidates");
 }
 
@@ -444,7 +442,7 @@ void GlLumigraph::Blend(GlTarget& target, int first_row, int last_row) {
   glEnable(GL_SCISSOR_TEST);
   glScissor(0, first_row, size_px_.x(), last_row - first_row);
   BindInputs(target);
-  if (program_ != nullptr && program_computes_) {
+  if (program_ != nullptr && program_->computes) {
     ComputePixels(target, first_row, last_row);
   } else if (program_ != nullptr) {
     glBindFramebuffer(GL_FRAMEBUFFER, target.color_framebuffer());

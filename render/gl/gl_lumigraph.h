@@ -97,7 +97,8 @@ class GlLumigraph {
 
  private:
   struct Programs {
-    GlProgram blend, cull;  // blend: VariantFor says whether it computes
+    GlProgram blend, cull;
+    bool computes;  // blend is a compute shader
   };
   const Programs& ProgramsFor(const BlendVariant& variant);
   const GlProgram& SparseProgramFor(const SparseVariant& variant);
@@ -161,7 +162,6 @@ class GlLumigraph {
   RenderStatistics statistics_;
   std::vector<int> packed_views_;      // of the cameras on the GPU
   const Programs* program_ = nullptr;  // nullptr: triangles_ are drawn
-  bool program_computes_ = false;
   SparseDrawing triangles_;
   PlanLines lines_;
   Eigen::Vector2i size_px_ = Eigen::Vector2i::Zero();
