@@ -55,7 +55,9 @@ if [ ! -d "$seeds" ]; then
   build/release/bin/lumi-simulate --example desk --views 4 --width 64 -o "$inputs/capture" --quiet
   build/release/bin/lumi-simulate --example lamp --views 8 --width 64 --video -o "$inputs/film" --quiet
   "$work/bin/make_seeds" "$inputs/capture" "$seeds.partial"
+  # All but the street: reading its thousands of copies takes the time of a hundred inputs.
   cp simulate/examples/*.json "$seeds.partial/scene_description/"
+  rm "$seeds.partial/scene_description/street.json"
   mkdir -p "$seeds.partial/video"
   find "$inputs/film" -name '*.mp4' -size -64k -exec cp {} "$seeds.partial/video/" \;
   mv "$seeds.partial" "$seeds"
@@ -75,13 +77,16 @@ dictionary() {
 # takes otherwise.
 fuzz() {
   local target=$1 log=$logs/$1.log flags=(-max_len=65536 -timeout=30 -malloc_limit_mb=256 -rss_limit_mb=1024)
-  # Decoders that are not ours nor instrumented: a small picture may have many pixels, and they keep what they allocate.
-  case $target in photo | video) flags=(-max_len=65536 -timeout=60 -malloc_limit_mb=600 -rss_limit_mb=2048 -detect_leaks=0) ;; esac
+  # Decoders that are not ours nor instrumented: a small picture may have many pixels, and they keep what they allocate
+  # (OpenImageIO the last message of each thread). They also take what 31 bits in a file claim, find its end, and give it
+  # back untouched: what is resident counts.
+  local leaks=1
+  case $target in photo | video) leaks=0 flags=(-max_len=65536 -timeout=60 -malloc_limit_mb=2048 -rss_limit_mb=2048) ;; esac
   if [ -n "$runs" ]; then flags+=("-runs=$runs"); else flags+=("-max_total_time=$(awk "BEGIN { print int($minutes * 60 + 0.5) }")"); fi
   mkdir -p "$corpus/$target" "$findings/$target" "$seeds/$target" "tests/fuzz/regressions/$target"
   dictionary "$target" >"$work/$target.dict"
   local status=0
-  "$work/bin/fuzz-$target" "${flags[@]}" -dict="$work/$target.dict" -print_final_stats=1 -artifact_prefix="$findings/$target/" \
+  ASAN_OPTIONS+=":detect_leaks=$leaks" "$work/bin/fuzz-$target" "${flags[@]}" -dict="$work/$target.dict" -print_final_stats=1 -artifact_prefix="$findings/$target/" \
     "$corpus/$target" "$seeds/$target" "tests/fuzz/regressions/$target" >"$log" 2>&1 || status=$?
   rmdir "tests/fuzz/regressions/$target" 2>/dev/null || true
   local count rate covered new finding=-

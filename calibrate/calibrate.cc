@@ -11,6 +11,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/camera_yaml.h"
 #include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -38,6 +39,13 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
     if (fs::exists(options.input) && fs::exists(options.undistort) && fs::equivalent(options.input, options.undistort))
       throw UsageError("the undistorted photos would replace the photos", "name another folder with --undistort");
   }
+}
+
+// A name for one of several photos that differ by their ending: with it, and in the 255 bytes that a name may have.
+std::string UnlikeOthers(const fs::path& photo) {
+  const std::string name = photo.filename().string();
+  constexpr std::size_t kLongest = 250, kKept = 180;
+  return name.size() <= kLongest ? name : name.substr(0, kKept) + "-" + HashOf(name);
 }
 
 // Photos that show the calibrated camera's picture: all of its size, with or without a board; of a video the frames
@@ -72,7 +80,7 @@ int WriteUndistorted(const CalibrateOptions& options, const CalibrateSummary& su
     for (const fs::path& photo : photos) {
       task.Step();
       try {
-        write(stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string(), ReadImage8(photo));
+        write(stems[photo.stem().string()] > 1 ? UnlikeOthers(photo) : photo.stem().string(), ReadImage8(photo));
       } catch (const InputError&) {
         // Already named among the refused photos.
       }

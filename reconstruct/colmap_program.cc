@@ -91,8 +91,9 @@ const std::set<std::string>& ColmapProgram::OptionNames(const std::string& comma
   RunSubprocess({"colmap", command, "-h"}, options);
   auto names = ParseColmapOptionNames(text);
   if (names.empty())
-    throw MachineError(fmt::format("COLMAP {} tells no options for '{}'", version_, command),
-                       "install COLMAP 3.8 or later");
+    throw MachineError(
+        fmt::format("COLMAP{} tells no options for '{}'", version_.empty() ? "" : " " + version_, command),
+        "install COLMAP 3.8 or later");
   return names_[command] = std::move(names);
 }
 

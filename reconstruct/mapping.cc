@@ -75,12 +75,23 @@ struct Part {
   Scene scene;
 };
 
+// A model that COLMAP left. One that cannot be read is no fault of the photos.
+Scene ReadLeftModel(const fs::path& folder) {
+  try {
+    return ReadColmapModel(folder);
+  } catch (const Error& e) {
+    if (e.code() == ExitCode::kMachine) throw;
+    throw MachineError(fmt::format("COLMAP left a model that cannot be read: {}", e.what()),
+                       "is the disk full? A second run goes on from here", e.file());
+  }
+}
+
 std::vector<Part> ReadParts(const fs::path& sparse) {
   std::vector<Part> parts;
   std::error_code ec;
   for (const auto& entry : fs::directory_iterator(sparse, ec)) {
     if (!entry.is_directory()) continue;
-    Part part{entry.path(), ReadColmapModel(entry.path())};
+    Part part{entry.path(), ReadLeftModel(entry.path())};
     if (!part.scene.views.empty()) parts.push_back(std::move(part));
   }
   std::ranges::sort(parts, [](const Part& a, const Part& b) {
@@ -188,6 +199,9 @@ Placed RunMapper(const Capture& capture, const CameraPlan& cameras, const fs::pa
     placed.exit_code = job.colmap.Run("mapper", arguments, "placing cameras (COLMAP)", n);
   }
   placed.parts = ReadParts(sparse);
+  std::error_code error;
+  if (placed.exit_code == 0 && fs::is_empty(sparse, error))  // where it places nothing, it ends with an error
+    throw MachineError("COLMAP's mapper ended well and wrote no model", "see the log", job.colmap.log_file());
   return placed;
 }
 
@@ -223,7 +237,7 @@ Part WithAllMatches(const Part& part, const Capture& capture, const fs::path& da
                   {"Mapper.ba_global_function_tolerance", kMappingTolerance, false}},
                  "triangulating from all matches (COLMAP)", static_cast<long>(part.scene.views.size()));
   if (!FindColmapModel(made)) return part;
-  Scene scene = ReadColmapModel(made);
+  Scene scene = ReadLeftModel(made);
   const bool whole = scene.views.size() == part.scene.views.size() && scene.points.size() >= part.scene.points.size();
   return whole ? Replaced(part, made, std::move(scene)) : part;
 }
@@ -237,7 +251,7 @@ Part WithMorePhotos(const Part& part, const Capture& capture, const CameraPlan& 
   job.colmap.Run("mapper", arguments, "placing the remaining cameras (COLMAP)",
                  static_cast<long>(capture.photos.size()));
   if (!FindColmapModel(made)) return part;
-  Scene scene = ReadColmapModel(made);
+  Scene scene = ReadLeftModel(made);
   return scene.views.size() > part.scene.views.size() ? Replaced(part, made, std::move(scene)) : part;
 }
 
@@ -351,7 +365,7 @@ Scene PolishCameras(const Scene& scene, bool lens_known, int most_iterations, co
                 {"BundleAdjustment.refine_principal_point", principal_point ? "1" : "0"}},
                "polishing the cameras (COLMAP)", 0);
     if (!FindColmapModel(out)) return std::nullopt;
-    Scene adjusted = ReadColmapModel(out);
+    Scene adjusted = ReadLeftModel(out);
     fs::remove_all(in, ec);
     fs::remove_all(out, ec);
     // An adjustment may only improve what it started from.

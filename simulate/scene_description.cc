@@ -1,6 +1,7 @@
 #include "simulate/scene_description.h"
 
 #include "scene/files/json_limits.h"
+#include "scene/program/printable.h"
 #include "simulate/parse_parts.h"
 
 namespace lumi {
@@ -19,6 +20,11 @@ Json ParseJson(const std::string& text, const std::filesystem::path& name) {
     for (std::size_t i = 0; i < std::min<std::size_t>(error.byte, text.size()); ++i) line += text[i] == '\n' ? 1 : 0;
     throw InputError(name, "line " + std::to_string(line) + ": this is not JSON",
                      "look for a missing comma, quote or bracket there");
+  } catch (const Json::out_of_range& error) {
+    // The only one that parsing throws: a number beyond a double's range, which the library quotes.
+    const std::string said = error.what();
+    throw InputError(name,
+                     "a number is too large: " + Printable(said.substr(std::min(said.find('\''), said.size()), 40)));
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "scene/plot/plot.h"
+
 namespace lumi {
 namespace {
 
@@ -56,20 +58,7 @@ std::string Base64(const std::string& bytes) {
 
 }  // namespace
 
-std::string EscapeHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&': escaped += "&amp;"; break;
-      case '<': escaped += "&lt;"; break;
-      case '>': escaped += "&gt;"; break;
-      case '"': escaped += "&quot;"; break;
-      case '\'': escaped += "&#39;"; break;
-      default: escaped += c;
-    }
-  }
-  return escaped;
-}
+std::string EscapeHtml(const std::string& text) { return Escaped(text); }
 
 std::string HtmlTable(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows,
                       bool total) {

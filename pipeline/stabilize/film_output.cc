@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 
 #include "scene/files/atomic_file.h"
@@ -19,6 +20,24 @@ namespace {
 // As ffmpeg takes it whatever its name: "clip:1.mp4" is no protocol, "-x.mp4" no option.
 std::string ForFfmpeg(const fs::path& file) { return "file:" + fs::absolute(file).string(); }
 
+// Throws where the machine ended the program, which says nothing about the film.
+void RequireNotEnded(const std::string& program, const SubprocessResult& result, const fs::path& film) {
+  const int signal = result.exit_code - 128;
+  if (signal > 0 && signal < 65) {  // 255: it was asked to stop, and said so
+    const char* name = ::strsignal(signal);
+    throw MachineError(fmt::format("{} was ended by signal {} ({})", program, signal, name ? name : "unknown"),
+                       "a second run goes on from here", film);
+  }
+  const auto says = [&](const char* text) {
+    return std::ranges::any_of(result.tail,
+                               [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  };
+  for (const int error : {ENOSPC, EDQUOT, EIO, EFBIG, ENOMEM})
+    if (result.exit_code != 0 && says(std::strerror(error)))
+      throw MachineError(fmt::format("{} could not write it: {}", program, std::strerror(error)),
+                         error == ENOMEM ? "close other programs" : "is the disk full?", film);
+}
+
 // How long after the file's beginning its pictures begin: its sound may run before them. 0 where nobody says.
 double PicturesBegin_s(const fs::path& video) {
   if (!FindProgram("ffprobe")) return 0;
@@ -28,6 +47,7 @@ double PicturesBegin_s(const fs::path& video) {
     const SubprocessResult result = RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "v:0", "-show_entries",
                                                    what + "=start_time", "-of", "csv=p=0", ForFfmpeg(video)},
                                                   options);
+    RequireNotEnded("ffprobe", result, video);
     char* end = nullptr;
     const double seconds = std::strtod(result.out.c_str(), &end);
     return result.exit_code == 0 && end != result.out.c_str() && std::isfinite(seconds) ? std::optional(seconds)
@@ -85,10 +105,14 @@ bool WriteFilm(const fs::path& output, const Film& film, const std::string& task
         argv.insert(argv.end(), {"-i", ForFfmpeg(film.sound_from), "-map", "0:v:0", "-map", "1:a"});
         argv.insert(argv.end(), {"-c:v", "copy", "-c:a", codec, "-movflags", "+faststart"});
         argv.insert(argv.end(), {"-f", "mp4", ForFfmpeg(temporary)});
-        if (RunSubprocess(argv).exit_code == 0) {
-          sound = true;
-          return;
-        }
+        const SubprocessResult result = RunSubprocess(argv);
+        RequireNotEnded("ffmpeg", result, output);
+        if (result.exit_code != 0) continue;
+        std::error_code error;
+        if (const auto bytes = fs::file_size(temporary, error); error || bytes == 0)
+          throw MachineError("ffmpeg ended well and wrote nothing", "does the program ffmpeg in PATH work?", output);
+        sound = true;
+        return;
       }
     }
     fs::rename(silent, temporary);

@@ -23,7 +23,8 @@ struct Film {
 
 // As H.264 in `output` (replaced when complete). The sound is copied, or where MP4 does not take it, coded anew as AAC;
 // it begins where it did and is cut where the film ends, and never shortens the film. False: there is none that could
-// be taken, and the film is silent.
+// be taken, and the film is silent. Throws MachineError where ffmpeg is killed, crashes, writes nothing or finds the
+// disk full: nothing is in `output`'s place then.
 bool WriteFilm(const std::filesystem::path& output, const Film& film, const std::string& task, ProgressSink& progress);
 
 // The left half of `filmed` beside the right half of `steady`, of steady's size, a line between them.

@@ -417,11 +417,13 @@ class StabilizeRun {
     const fs::path sound = facts_.sound ? o_.input : fs::path();
     const auto write = [&](const fs::path& output, const std::function<Image8(int)>& frame, const fs::path& sound_from,
                            const char* task) {
-      return WriteFilm(output, {facts_.fps, time_s_, frame, sound_from, o_.fps}, task, progress_);
+      const bool with_sound = WriteFilm(output, {facts_.fps, time_s_, frame, sound_from, o_.fps}, task, progress_);
+      if (!sound_from.empty() && !with_sound)
+        progress_.Message(fmt::format("warning: the sound could not be taken over into {}", output.string()));
+      return with_sound;
     };
     const auto steadied = Steadied();
     summary_.sound = write(o_.output, steadied, sound, "writing video");
-    if (facts_.sound && !summary_.sound) progress_.Message("warning: the sound could not be taken over");
     summary_.video = o_.output;
     const auto filmed = [&](int i) {
       for (const Window& window : windows_)

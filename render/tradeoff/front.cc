@@ -109,6 +109,7 @@ fs::path WriteFront(const fs::path& scene_folder, const StoredFront& front) {
   const fs::path file = scene_folder / "fronts" /
                         fmt::format("{}-{}-{}x{}-{}.json", k.proxy, k.backend, k.width, k.height, ShortHash(k.device));
   WriteTextAtomically(file, JsonKeys(FrontFile{.front = front}).Text(1) + "\n");
+  RecordMeasured(scene_folder, "front-" + file.stem().string(), {file});
   return file;
 }
 

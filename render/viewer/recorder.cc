@@ -1,7 +1,6 @@
 #include "render/viewer/recorder.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <exception>
 #include <optional>
@@ -89,8 +88,7 @@ void Recorder::Cancel() {
 }
 
 void Recorder::Work() {
-  const fs::path hidden =
-      wanted_.parent_path() / fmt::format(".{}.lumi-tmp-{}-r.mp4", wanted_.stem().string(), ::getpid());
+  const fs::path hidden = TemporaryBeside(fs::path(wanted_).replace_extension(".mp4"), "r");
   RemoveStaleTemporariesOf(wanted_);
   const FolderInUse in_use(wanted_.parent_path());
   State end = State::kWritten;

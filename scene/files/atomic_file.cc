@@ -14,6 +14,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -47,11 +48,9 @@ std::string TemporaryStem(const fs::path& path) {
   return fmt::format(".{}{}", path.stem().string().substr(0, 180), kTemporaryMark);  // names end at 255 bytes
 }
 
-// ".NAME.lumi-tmp-PID-N.EXT"
 fs::path TemporaryFor(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
-  const std::string ending = path.extension().string().substr(0, 30);
-  return path.parent_path() / fmt::format("{}{}-{}{}", TemporaryStem(path), ::getpid(), counter++, ending);
+  return TemporaryBeside(path, std::to_string(counter++));
 }
 
 bool IsTemporary(const fs::path& path) {
@@ -100,12 +99,30 @@ bool MayBeOfALivingProcess(const fs::path& temporary) {
   return error || fs::file_time_type::clock::now() - written < std::chrono::hours(24);
 }
 
-void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporaries) {
+enum class WithoutLocks { kGoByNumber, kKeep };  // on a file system that knows no locks
+
+void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporaries,
+                 WithoutLocks without_locks = WithoutLocks::kGoByNumber) {
   const FileDescriptor here(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (here.get() < 0 || (::flock(here.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)) return;  // in use
+  if (here.get() < 0) return;
+  if (::flock(here.get(), LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || without_locks == WithoutLocks::kKeep))
+    return;
   std::error_code ignored;
   for (const fs::path& temporary : temporaries)
     if (!MayBeOfALivingProcess(temporary)) fs::remove(temporary, ignored);
+}
+
+// What killed runs left right in a folder: removed when this process first writes there, whatever it writes.
+void RemoveStaleOnce(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> seen;
+  std::error_code error;
+  const std::lock_guard lock(mutex);
+  if (!seen.insert(fs::absolute(folder, error)).second || fs::exists(folder / kMadeInParts, error)) return;
+  std::vector<fs::path> temporaries;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (IsTemporary(it->path())) temporaries.push_back(it->path());
+  if (!temporaries.empty()) RemoveStale(folder, temporaries, WithoutLocks::kKeep);
 }
 
 void Flush(const fs::path& path, int (*flush)(int)) {
@@ -119,6 +136,12 @@ void Flush(const fs::path& path, int (*flush)(int)) {
 
 }  // namespace
 
+// ".NAME.lumi-tmp-PID-WHO.EXT"
+fs::path TemporaryBeside(const fs::path& path, const std::string& who) {
+  const std::string ending = path.extension().string().substr(0, 30);
+  return path.parent_path() / fmt::format("{}{}-{}{}", TemporaryStem(path), ::getpid(), who, ending);
+}
+
 void WriteFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   if (!path.has_filename()) throw MachineError("cannot write: not a file name", {}, path);
   std::error_code error;
@@ -130,6 +153,7 @@ void WriteFileAtomically(const fs::path& path, const std::function<void(const fs
     fs::create_directories(path.parent_path(), error);
     if (error) throw CannotWrite(path, error.value());
   }
+  RemoveStaleOnce(path.has_parent_path() ? path.parent_path() : fs::path("."));
   const fs::path temporary = TemporaryFor(path);
   const FolderInUse in_use(path.parent_path());
   try {

@@ -11,10 +11,15 @@ namespace lumi {
 
 // Calls `write` with a temporary path in the same folder (hidden, same extension) and renames it over `path`. `write`
 // must have closed the file and checked that it could. Removes the temporary when `write` throws. Creates missing
-// parent folders. Throws MachineError (disk full, not writable), naming the file.
+// parent folders. A process that writes into a folder for the first time also removes the temporaries of killed
+// processes there. Throws MachineError (disk full, not writable), naming the file.
 void WriteFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
 void WriteTextAtomically(const std::filesystem::path& path, const std::string& text);
+
+// Such a temporary's name, for who writes a file in the course of time and puts it into its place himself: hidden,
+// beside `path`, with its extension, of at most 255 bytes. `who` tells several of one process apart.
+std::filesystem::path TemporaryBeside(const std::filesystem::path& path, const std::string& who);
 
 // As WriteTextAtomically, for any bytes.
 void WriteBytesAtomically(const std::filesystem::path& path, const void* data, std::size_t size);

@@ -401,7 +401,7 @@ bool HoldsModel(const fs::path& folder, const char* extension) {
 }  // namespace
 
 std::optional<fs::path> FindColmapModel(const fs::path& folder) {
-  for (const fs::path& candidate : {folder, folder / "sparse", folder / "sparse" / "0"})
+  for (const fs::path& candidate : {folder, folder / "sparse", folder / "sparse" / "0", folder / "0"})
     if (HoldsModel(candidate, ".bin") || HoldsModel(candidate, ".txt")) return candidate;
   return std::nullopt;
 }

@@ -9,7 +9,7 @@
 
 namespace lumi {
 
-// The folder itself, or sparse/, sparse/0 below it; nullopt where there is none.
+// The folder itself, or sparse/, sparse/0 or 0 below it; nullopt where there is none.
 std::optional<std::filesystem::path> FindColmapModel(const std::filesystem::path& folder);
 
 // Views sorted by name, cameras and points renumbered; 2D points without a 3D point are dropped. image_folder is left

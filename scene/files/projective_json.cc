@@ -17,7 +17,7 @@ using json_fields::ParseJson;
 using json_fields::RequireFormat;
 
 constexpr const char* kFormat = "lumigraph-projective";
-constexpr int kVersion = 1;
+constexpr int kProjectiveVersion = 1;
 constexpr int kMaxSidePx = 1 << 20;
 
 // What is wrong with a view or a point, or nullptr; the same for reading and writing.
@@ -96,7 +96,7 @@ Point ReadPoint(const Fields& fields) {
 Scene ReadProjectiveJson(const fs::path& file) {
   const Json json = ParseJson(file);
   const Fields fields(json, file, "");
-  RequireFormat(fields, file, kFormat, kVersion, "holds no projection matrices of a lumigraph");
+  RequireFormat(fields, file, kFormat, kProjectiveVersion, "holds no projection matrices of a lumigraph");
   Scene scene;
   const std::string frame = fields.Text("frame").value_or("");
   const auto known = FrameFromName(frame);
@@ -145,7 +145,7 @@ void WriteProjectiveJson(const Scene& scene, const fs::path& file) {
   const auto numbers = [](const double* begin, Eigen::Index count) {
     return std::vector<double>(begin, begin + count);
   };
-  Json head{{"format", kFormat}, {"version", kVersion}, {"frame", Name(scene.frame)}};
+  Json head{{"format", kFormat}, {"version", kProjectiveVersion}, {"frame", Name(scene.frame)}};
   if (scene.plane_at_infinity) head["plane_at_infinity"] = numbers(scene.plane_at_infinity->data(), 4);
   // One view, one point a line: readable, and no tree of the whole in memory.
   std::string text = head.dump();

@@ -11,6 +11,8 @@
 #include "scene/files/json_keys.h"
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
+#include "scene/program/printable.h"
+#include "scene/program/version.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -44,6 +46,14 @@ fs::path ProvenancePath(const fs::path& scene_folder, const std::string& stage) 
   if (stage.empty() || stage.find_first_of("/\\") != std::string::npos || stage.front() == '.')
     throw std::invalid_argument("provenance: \"" + stage + "\" is no name of a stage");
   return scene_folder / "provenance" / (stage + ".json");
+}
+
+// As a record holds names and values: JSON is UTF-8, names of files are any bytes.
+std::map<std::string, std::string> InUtf8(const std::map<std::string, std::string>& given) {
+  const auto utf8 = [](const std::string& text) { return IsUtf8(text) ? text : Printable(text); };
+  std::map<std::string, std::string> result;
+  for (const auto& [key, value] : given) result[utf8(key)] = utf8(value);
+  return result;
 }
 
 // The first key whose value differs, in words; empty where the maps are equal.
@@ -103,7 +113,10 @@ void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {
   for (const auto& [name, fingerprint] : p.outputs) written.push_back(scene_folder / name);
   if (!written.empty()) FlushToDisk(scene_folder, written);
   const fs::path record = ProvenancePath(scene_folder, p.stage);
-  WriteTextAtomically(record, JsonKeys(p).Text(2) + "\n");
+  Provenance written_as = p;
+  written_as.options = InUtf8(p.options);
+  written_as.inputs = InUtf8(p.inputs);
+  WriteTextAtomically(record, JsonKeys(written_as).Text(2) + "\n");
   FlushToDisk(scene_folder, {record});
 }
 
@@ -114,6 +127,15 @@ std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std
   const auto json = JsonKeys::Parse(ReadText(path));
   Provenance p;
   return json && json->Into(p) ? std::optional(p) : std::nullopt;
+}
+
+void RecordMeasured(const fs::path& scene_folder, const std::string& what, const std::vector<fs::path>& written) {
+  std::error_code error;
+  if (!fs::exists(scene_folder / "lumigraph.json", error)) return;
+  Provenance record{.stage = "measured-" + what, .version = kVersion};
+  for (const fs::path& file : written)
+    record.outputs[file.lexically_relative(scene_folder).string()] = Fingerprint(file);
+  WriteProvenance(scene_folder, record);
 }
 
 bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::string* why) {
@@ -128,9 +150,11 @@ bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::str
   const Provenance& before = *record;
   if (before.version != wanted.version)
     return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
-  if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty())
+  if (const std::string difference = FirstDifference("option", before.options, InUtf8(wanted.options));
+      !difference.empty())
     return no(difference);
-  if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty())
+  if (const std::string difference = FirstDifference("input", before.inputs, InUtf8(wanted.inputs));
+      !difference.empty())
     return no(difference);
   for (const auto& [name, fingerprint] : before.outputs)
     if (fingerprint == kChangedLater ? !fs::exists(scene_folder / name, error)

@@ -43,6 +43,11 @@ std::optional<Provenance> ReadProvenance(const std::filesystem::path& scene_fold
 // (FlushToDisk).
 void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance& provenance);
 
+// A record of files that a measuring run left in a scene, right after they are written; no stage is decided by it.
+// Nothing where the folder is no scene of ours.
+void RecordMeasured(const std::filesystem::path& scene_folder, const std::string& what,
+                    const std::vector<std::filesystem::path>& written);
+
 // Whether stage `wanted` has nothing to do: version, options and inputs equal, recorded outputs still as written.
 // *why names the first difference.
 bool IsUpToDate(const std::filesystem::path& scene_folder, const Provenance& wanted, std::string* why = nullptr);

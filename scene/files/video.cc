@@ -1,12 +1,12 @@
 #include "scene/files/video.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "scene/files/atomic_file.h"
 #include "scene/files/file_name.h"
 #include "scene/files/video_codecs.h"
 #include "scene/geometry/median.h"
@@ -218,8 +218,7 @@ VideoWriter::VideoWriter(const fs::path& path, double fps) : impl_(std::make_uni
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
   if (error) throw MachineError(fmt::format("cannot be written: {}", error.message()), "choose another output", path);
-  v.temporary =
-      fs::absolute(path.parent_path() / fmt::format(".{}.lumi-tmp-{}-v.mp4", path.stem().string(), ::getpid()));
+  v.temporary = fs::absolute(TemporaryBeside(fs::path(path).replace_extension(".mp4"), "v"));
 }
 
 VideoWriter::~VideoWriter() {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/program/printable.h"
+
 namespace lumi {
 namespace {
 
@@ -200,7 +202,7 @@ std::string Panel(const Plot& plot, double offset_x, double offset_y) {
 
 std::string Escaped(const std::string& text) {
   std::string out;
-  for (const char c : text) switch (c) {
+  for (const char c : IsUtf8(text) ? text : Printable(text)) switch (c) {
       case '&': out += "&amp;"; break;
       case '<': out += "&lt;"; break;
       case '>': out += "&gt;"; break;

@@ -45,7 +45,7 @@ struct Plot {
 // Panels, each 640 x 460, `columns` side by side; 0: all. A plot without a finite point says so in its frame.
 std::string SvgOf(const std::vector<Plot>& panels, std::size_t columns = 0);
 
-// Text with &, <, > and quotes escaped, for SVG and HTML.
+// Text with &, <, > and quotes escaped, for SVG and HTML; bytes that are no UTF-8 as \xHH.
 std::string Escaped(const std::string& text);
 
 }  // namespace lumi

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/provenance.h"
 
 namespace lumi {
 namespace {
@@ -190,6 +191,8 @@ TradeoffFiles WriteTradeoff(const std::filesystem::path& stem, const TradeoffTab
   WriteTextAtomically(files.json, json.empty() ? JsonTextOf(table) : json);
   WriteTextAtomically(files.csv, CsvOf(table));
   WriteTextAtomically(files.svg, SvgOf(panels));
+  if (const std::filesystem::path folder = stem.parent_path(); folder.filename() == "tradeoff")
+    RecordMeasured(folder.parent_path(), stem.filename().string(), {files.json, files.csv, files.svg});
   return files;
 }
 

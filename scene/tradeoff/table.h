@@ -129,7 +129,8 @@ JsonKeys KeysOf(const TradeoffTable& table);  // the same, as a value of a summa
 struct TradeoffFiles {
   std::filesystem::path json, csv, svg;
 };
-// STEM.json (`json`; empty: the table's), .csv and .svg, each complete or not there.
+// STEM.json (`json`; empty: the table's), .csv and .svg, each complete or not there. In a scene's folder `tradeoff`
+// they are recorded in its provenance.
 TradeoffFiles WriteTradeoff(const std::filesystem::path& stem, const TradeoffTable& table,
                             const std::vector<Plot>& panels, const std::string& json = {});
 

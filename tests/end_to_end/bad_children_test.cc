@@ -1,4 +1,4 @@
-// COLMAP that hangs, dies or prints nonsense: a program of its name stands before it in PATH.
+// COLMAP, ffmpeg or ffprobe that hangs, dies or prints nonsense: a program of its name stands before it in PATH.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,16 +27,20 @@ constexpr const char* kNothing = "exit 0";
 
 class BadChildren : public testing::Test {
  protected:
-  static void SetUpTestSuite() { capture_ = std::make_unique<SimulatedCapture>("desk", 4, 96); }
+  static constexpr int kPhotos = 8;  // enough for COLMAP to place them
+
+  static void SetUpTestSuite() { capture_ = std::make_unique<SimulatedCapture>("desk", kPhotos, 320); }
   static void TearDownTestSuite() { capture_.reset(); }
 
-  // The environment in which NAME does `what`.
-  std::map<std::string, std::string> With(const std::string& name, const std::string& what, bool also_help = false) {
+  // The environment in which NAME does `what`; given a command, only in that one.
+  std::map<std::string, std::string> With(const std::string& name, const std::string& what, bool also_help = false,
+                                          const std::string& in_command = "*") {
     const fs::path fake = folder_ / "bin" / name;
+    const std::string real = "exec '" + FindProgram(name).value().string() + "' \"$@\"\n";
     std::string script = "#!/bin/sh\n";
-    if (!also_help)
-      script += "case \"$*\" in help|*\" -h\") exec '" + FindProgram(name).value().string() + "' \"$@\";; esac\n";
-    WriteTextAtomically(fake, script + what + "\n");
+    if (!also_help) script += "case \"$*\" in help|*\" -h\") " + real + ";; esac\n";
+    script += "case \"$1\" in " + in_command + ") " + what + ";; *) " + real + ";; esac\n";
+    WriteTextAtomically(fake, script);
     fs::permissions(fake, fs::perms::owner_all);
     return {{"PATH", fake.parent_path().string() + ":" + std::getenv("PATH")}, {"LUMI_PROGRESS_PIPE", "1"}};
   }
@@ -91,8 +95,114 @@ TEST_F(BadChildren, ColmapThatPrintsNonsenseAndDoesNothing) {
   ExpectMachine(Reconstruct(), With("colmap", kNothing, true), "no options");
 }
 
+// Features are there, and COLMAP fails later.
+TEST_F(BadChildren, ColmapThatIsKilledAtALaterStep) {
+  const std::map<std::string, const char*> steps = {
+      {"feature_extractor", "colmap"}, {"exhaustive_matcher", "colmap"}, {"mapper", "own"}, {"bundle_adjuster", "own"}};
+  for (const auto& [command, features] : steps) {
+    std::vector<std::string> argv = Reconstruct();
+    argv.insert(argv.end(), {"--features", features});
+    ExpectMachine(argv, With("colmap", kDie, false, command), "COLMAP was ended by signal 9");
+    fs::remove_all(Scene());  // the next one begins anew, not where this one stopped
+  }
+}
+
+TEST_F(BadChildren, ColmapsMapperThatWritesNothingOrHalfOfIt) {
+  ExpectMachine(Reconstruct(), With("colmap", kNothing, false, "mapper"), "wrote no model");
+  ExpectMachine(Reconstruct(), With("colmap", kNonsense, false, "mapper"), "wrote no model");
+  ExpectMachine(Reconstruct(), With("colmap", kCrash, false, "mapper"), "COLMAP was ended by signal 11");
+  const std::string cut_off = "'" + FindProgram("colmap").value().string() + "' \"$@\"; find '" +
+                              folder_.path().string() + "' -name images.bin -exec truncate -s 100 '{}' ';'";
+  for (const char* command : {"mapper", "bundle_adjuster"})
+    ExpectMachine(Reconstruct(), With("colmap", cut_off, false, command), "COLMAP left a model that cannot be read");
+  // What killed it gone, the next run goes on.
+  const ProgramResult again = RunProgram(Reconstruct());
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+TEST_F(BadChildren, ColmapsLastAdjustmentMayFail) {
+  for (const char* what : {kCrash, kNothing, "exit 1"}) {
+    const ProgramResult run = RunProgram(Reconstruct(), With("colmap", what, false, "bundle_adjuster"));
+    EXPECT_EQ(run.exit_code, 0) << what << run.err;
+    fs::remove_all(Scene());
+  }
+}
+
 TEST_F(BadChildren, ColmapThatHangsEndsWithUs) {
   ExpectInterruptible(Reconstruct(), With("colmap", kHang), "finding features");
+  ExpectInterruptible(Reconstruct(), With("colmap", kHang, false, "mapper"), "placing cameras");
+}
+
+// A film with sound, which ffmpeg takes over; ffprobe says when it begins.
+class BadFfmpeg : public BadChildren {
+ protected:
+  static void SetUpTestSuite() {
+    BadChildren::SetUpTestSuite();
+    const SubprocessResult made = RunSubprocess(
+        {"ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "color=c=gray:s=160x120:r=30:d=1", "-f", "lavfi", "-i",
+         "sine=frequency=440:duration=1", "-c:v", "mpeg4", (*capture_ / "film.mp4").string()});
+    ASSERT_EQ(made.exit_code, 0) << testing::PrintToString(made.tail);
+  }
+  std::vector<std::string> Stabilize() const {
+    return {"lumi-pipeline",
+            (*capture_ / "film.mp4").string(),
+            "--stabilize",
+            "smooth",
+            "--split-screen",
+            "--no-score",
+            "-o",
+            Film().string()};
+  }
+  fs::path Film() const { return folder_ / "steady.mp4"; }
+};
+
+TEST_F(BadFfmpeg, ThatIsKilledOrWritesNothingLeavesNoSilentFilm) {
+  for (const auto& [what, says] : std::map<std::string, std::string>{
+           {kDie, "ffmpeg was ended by signal 9"},
+           {kCrash, "ffmpeg was ended by signal 11"},
+           {kNonsense, "wrote nothing"},
+           {kNothing, "wrote nothing"},
+           {"echo 'steady.mp4: No space left on device' >&2; exit 1", "No space left on device"}}) {
+    ExpectMachine(Stabilize(), With("ffmpeg", what), says);
+    EXPECT_FALSE(fs::exists(Film())) << what;
+  }
+  // The next run goes on, and the film has its sound.
+  const ProgramResult again = RunProgram(Stabilize());
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  for (const char* film : {"steady.mp4", "steady-split.mp4"}) {
+    SubprocessOptions options;
+    options.separate_stdout = true;
+    EXPECT_EQ(RunSubprocess({"ffprobe", "-v", "error", "-select_streams", "a", "-show_entries", "stream=codec_type",
+                             "-of", "csv=p=0", (folder_ / film).string()},
+                            options)
+                  .out,
+              "audio\n")
+        << film;
+  }
+}
+
+TEST_F(BadFfmpeg, ThatRefusesTheSoundLeavesASilentFilmAndSaysSo) {
+  const ProgramResult run = RunProgram(Stabilize(), With("ffmpeg", "exit 1"));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (const char* film : {"steady.mp4", "steady-split.mp4"}) {
+    EXPECT_TRUE(fs::exists(folder_ / film));
+    EXPECT_THAT(run.err, HasSubstr("the sound could not be taken over into " + (folder_ / film).string()));
+  }
+}
+
+TEST_F(BadFfmpeg, FfprobeThatIsKilledIsSaidAndWhatItSaysInNonsenseIsNoBeginning) {
+  ExpectMachine(Stabilize(), With("ffprobe", kDie), "ffprobe was ended by signal 9");
+  const ProgramResult run = RunProgram(Stabilize(), With("ffprobe", kNonsense));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(Film()));
+}
+
+TEST_F(BadFfmpeg, ThatHangsEndsWithUs) {
+  for (const char* name : {"ffmpeg", "ffprobe"}) {
+    ExpectInterruptible(Stabilize(), With(name, "echo hanging >>\"" + (folder_ / "log").string() + "\"; " + kHang),
+                        "writing video");
+    EXPECT_FALSE(fs::exists(Film()));
+  }
 }
 
 TEST_F(BadChildren, AProcessThatAChildLeftBehindIsNotWaitedFor) {

@@ -1,11 +1,15 @@
 // docs/bad-input.md says what the programs answer to what they cannot use. Each of its rows is made to happen here, and
 // each case here has its row.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -13,6 +17,7 @@
 #include "scene/files/colmap_model.h"
 #include "scene/files/mesh_io.h"
 #include "scene/geometry/projection.h"
+#include "scene/program/subprocess.h"
 #include "tests/support/bad_input.h"
 #include "tests/support/simulated_capture.h"
 #include "tests/support/small_scene.h"
@@ -120,6 +125,52 @@ class Cases {
     });
   }
 
+  static void Ffmpeg(Words arguments) {
+    arguments.insert(arguments.begin(), {"ffmpeg", "-nostdin", "-v", "error", "-y"});
+    if (const auto made = RunSubprocess(arguments); made.exit_code != 0)
+      throw std::runtime_error("ffmpeg: " + testing::PrintToString(made.tail));
+  }
+  // All around, so that its left border goes on at the right one.
+  static void Photo360(const fs::path& file, double turned) {
+    Image8 around(512, 256, 3);
+    for (int y = 0; y < around.height; ++y)
+      for (int x = 0; x < around.width; ++x) {
+        const double u = 2 * M_PI * (x + 0.5) / around.width + turned, v = M_PI * (y + 0.5) / around.height;
+        const Eigen::Vector3d d(std::sin(v) * std::cos(u), std::sin(v) * std::sin(u), std::cos(v));
+        const double detail = std::sin(23 * d.x() + 5 * d.z()) + std::sin(21 * d.y() - 3 * d.z()) +
+                              std::sin(15 * d.x() - 16 * d.y() + 2 * d.z());
+        for (int c = 0; c < 3; ++c) around.At(x, y, c) = static_cast<std::uint8_t>(128 + 35 * detail);
+      }
+    WriteImage(file, around);
+  }
+  // lumi-pipeline --stabilize on the film that `make` leaves at the path that it is given.
+  void AddStabilize(const std::string& name, const std::string& input, const Words& more,
+                    std::function<void(const fs::path&)> make) {
+    Add(name, [=](const fs::path& f) {
+      make(f / input);
+      Words argv = {"lumi-pipeline", (f / input).string(), "--stabilize", "smooth", "-o", (f / "steady.mp4").string()};
+      argv.insert(argv.end(), more.begin(), more.end());
+      return Refusal{argv, 0, {}, f / "steady.mp4", {f / input}};
+    });
+  }
+  // lumi-reconstruct on four photos where `colmap` is the script that is given; none: no such program.
+  void AddColmap(const std::string& name, const std::optional<std::string>& script) {
+    Add(name, [=](const fs::path& f) {
+      MakeSmallScene(f / "photos", 4);
+      fs::create_directories(f / "bin");
+      if (script) {
+        WriteTextAtomically(f / "bin/colmap", "#!/bin/sh\n" + *script + "\n");
+        fs::permissions(f / "bin/colmap", fs::perms::owner_all);
+      }
+      return Refusal{{"lumi-reconstruct", (f / "photos").string(), "-o", (f / "out").string()},
+                     0,
+                     {},
+                     {},
+                     {f / "photos"},
+                     {{"PATH", (f / "bin").string()}}};
+    });
+  }
+
   void AddInputs() {
     AddInput("no such folder", "photos", [](const fs::path&) {});
     AddInput("an empty folder", "photos", [](const fs::path& p) { fs::create_directories(p); });
@@ -131,6 +182,32 @@ class Cases {
     });
     AddInput("one photo", "photos", [](const fs::path& p) { Photo(p / "a.png"); });
     AddInput("a film that is none", "walk.mp4", [](const fs::path& p) { WriteTextAtomically(p, "no film"); });
+    AddInput("photos of 360 degrees", "photos", [](const fs::path& p) {
+      for (int i = 0; i < 3; ++i) Photo360(p / fmt::format("around{}.jpg", i), i);
+    });
+    AddInput("a film of sound alone", "walk.mp4", [](const fs::path& p) {
+      Ffmpeg({"-f", "lavfi", "-i", "sine=duration=0.2", p.string()});
+    });
+    AddStabilize("a film whose times fall, with `--stabilize`", "walk.ts", {}, [](const fs::path& p) {
+      const fs::path part = p.parent_path() / "part.ts";
+      Ffmpeg({"-f", "lavfi", "-i", "testsrc=s=160x120:r=25:d=0.2", "-c:v", "mpeg2video", part.string()});
+      std::string parts;
+      for (int i = 0; i < 20; ++i) parts += ReadText(part);
+      WriteTextAtomically(p, parts);
+    });
+    AddStabilize("a film of one frame, with `--stabilize`", "walk.mp4", {}, [](const fs::path& p) {
+      Ffmpeg({"-f", "lavfi", "-i", "testsrc=s=160x120:r=25:d=0.04", "-c:v", "mpeg4", p.string()});
+    });
+    Add("masks of other photos (`lumi-reconstruct --masks`)", [](const fs::path& f) {
+      MakeSmallScene(f / "photos", 4);
+      Photo(f / "masks/other.png");
+      return Refusal{
+          {"lumi-reconstruct", (f / "photos").string(), "-o", (f / "out").string(), "--masks", (f / "masks").string()},
+          0,
+          {},
+          {},
+          {f / "photos", f / "masks"}};
+    });
     AddInput("a file of another kind", "letter.pdf", [](const fs::path& p) { WriteTextAtomically(p, "no film"); });
     Add("a scene or capture where photos are meant (`lumi-reconstruct`)", [](const fs::path& f) {
       OwnScene(f / "scene", "");
@@ -210,17 +287,20 @@ class Cases {
       WriteTextAtomically(s / "lumigraph.json",
                           Replaced(s / "lumigraph.json", "\"images\": \"images\"", "\"images\": \"../photos\""));
     });
-    scene("whose `projective.json` leads to photos elsewhere", [](const fs::path& s) {
-      Scene matrices = MakeSmallScene(s / "images", 5);
-      for (View& v : matrices.views) {
-        v.P = ProjectionMatrix((Eigen::Matrix3d() << 60, 0, 32, 0, 60, 24, 0, 0, 1).finished(), v.cam_from_world);
-        v.size_px = {64, 48};
-      }
-      for (Point& p : matrices.points) p.X_in_world = p.x_in_world.homogeneous();
-      matrices.frame = Frame::kProjective;
-      WriteScene(matrices, s);
-      WriteTextAtomically(s / "projective.json", Replaced(s / "projective.json", "photo10.png", "../photo10.png"));
-    });
+    for (const auto& [name, photo] : std::map<std::string, std::string>{
+             {"whose `projective.json` leads to photos elsewhere", "../photo10.png"},
+             {"whose `projective.json` names a photo by an absolute path", "/etc/hostname"}})
+      scene(name, [photo = photo](const fs::path& s) {
+        Scene matrices = MakeSmallScene(s / "images", 5);
+        for (View& v : matrices.views) {
+          v.P = ProjectionMatrix((Eigen::Matrix3d() << 60, 0, 32, 0, 60, 24, 0, 0, 1).finished(), v.cam_from_world);
+          v.size_px = {64, 48};
+        }
+        for (Point& p : matrices.points) p.X_in_world = p.x_in_world.homogeneous();
+        matrices.frame = Frame::kProjective;
+        WriteScene(matrices, s);
+        WriteTextAtomically(s / "projective.json", Replaced(s / "projective.json", "photo10.png", photo));
+      });
   }
 
   void AddProxies() {
@@ -237,6 +317,14 @@ class Cases {
     AddRender("a proxy's file that is not there", [](const fs::path& f) {
       return Words{"--proxy", (f / "mesh.ply").string()};
     });
+    for (const auto& [name, line] :
+         std::map<std::string, std::string>{{"a proxy's file with a face of a corner that it lacks", "f 1 2 9"},
+                                            {"a proxy's file with a corner that is no number", "v 0 nan 1\\nf 1 2 4"},
+                                            {"a proxy's file without a face", ""}})
+      AddRender(name, [line = line](const fs::path& f) {
+        WriteTextAtomically(f / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + line + "\n");
+        return Words{"--proxy", (f / "mesh.obj").string()};
+      });
     AddRender("a proxy's file that is no mesh", [](const fs::path& f) {
       WriteTextAtomically(f / "mesh.ply", "no mesh");
       return Words{"--proxy", (f / "mesh.ply").string()};
@@ -302,6 +390,20 @@ class Cases {
                      f / "film.mp4",
                      {f / "capture"}};
     });
+    Add("an output below a file", [](const fs::path& f) {
+      Workspace(f / "capture");
+      WriteTextAtomically(f / "letter", "dear");
+      return Refusal{{"lumi-pipeline", (f / "capture").string(), "-o", (f / "letter/out").string()},
+                     0,
+                     {},
+                     {},
+                     {f / "capture", f / "letter"}};
+    });
+    Add("a scene that another program is writing (`lumi-proxy`)", [](const fs::path& f) {
+      OwnScene(f / "scene", "");
+      return Refusal{{"lumi-proxy", "plane", (f / "scene").string()}, 0, {}, {}, {}, {},
+                     std::make_shared<FolderLock>(f / "scene")};
+    });
     Add("somebody else's folder", [](const fs::path& f) {
       Workspace(f / "capture");
       WriteTextAtomically(f / "out/thesis.txt", "years of work");
@@ -341,6 +443,15 @@ class Cases {
     const auto line = [this](const std::string& name, Words argv) {
       Add(name, [argv](const fs::path&) { return Refusal{argv, 0, {}, {}, {}}; });
     };
+    AddColmap("COLMAP is not installed (`lumi-reconstruct`)", std::nullopt);
+    AddColmap(
+        "COLMAP is killed (`lumi-reconstruct`)",
+        "case \"$*\" in help|*-h) exec '" + FindProgram("colmap").value().string() + "' \"$@\";; *) kill -9 $$;; esac");
+    AddColmap("COLMAP does nothing (`lumi-reconstruct`)", "exit 0");
+    line("`lumi-pipeline a.mp4 b.mp4 --stabilize smooth`",
+         {"lumi-pipeline", "a.mp4", "b.mp4", "--stabilize", "smooth", "-o", "steady.mp4"});
+    line("`lumi-pipeline a.mp4 --stabilize smooth --fps 0`",
+         {"lumi-pipeline", "a.mp4", "--stabilize", "smooth", "-o", "steady.mp4", "--fps", "0"});
     line("`lumi-render SCENE --widht 320`", {"lumi-render", "SCENE", "-o", "OUT", "--widht", "320"});
     line("`lumi-render SCENE --width`", {"lumi-render", "SCENE", "-o", "OUT", "--width"});
     line("`lumi-render SCENE --width wide`", {"lumi-render", "SCENE", "-o", "OUT", "--width", "wide"});

@@ -15,6 +15,7 @@
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
+#include "scene/files/provenance.h"
 #include "tests/support/bad_input.h"
 #include "tests/support/same_outputs.h"
 
@@ -32,6 +33,8 @@ std::size_t MostFaults(FaultKind kind) {
   const char* stacks = std::getenv("LUMI_STACKS");
   return stacks ? std::stoul(stacks) : kMostStacks;
 }
+
+constexpr int kNobody = 1 << 30;  // beyond the kernel's largest number of a process
 
 // What a program is run on, and what it may touch.
 struct FaultCase {
@@ -123,6 +126,31 @@ class FaultInjection : public testing::Test {
     return points;
   }
 
+  // Beside each file that the program writes lies what a killed run left of it: the next run removes it.
+  void PlantTemporaries(const FaultCase& c) {
+    const std::vector<std::string> argv = Arguments(c);
+    Reset();
+    const auto before = Files(c);
+    ASSERT_EQ(RunProgram(argv).exit_code, 0);
+    const auto wanted = Files(c);
+    Reset();
+    std::vector<fs::path> planted;
+    for (const auto& [name, hash] : wanted) {
+      const fs::path file = Work() / name, folder = file.parent_path();
+      const auto it = before.find(name);
+      const bool is_written = it == before.end() || it->second != hash;
+      if (is_written && (fs::exists(folder) || folder.parent_path() == Work()))  // else a folder that nobody knows
+        planted.push_back(folder / ("." + file.stem().string().substr(0, 180) + ".lumi-tmp-" + std::to_string(kNobody) +
+                                    "-0" + file.extension().string()));
+    }
+    for (const fs::path& temporary : planted) WriteTextAtomically(temporary, "half");
+    EXPECT_NE(TemporariesIn(Work()), "");
+    const ProgramResult run = RunProgram(argv);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(TemporariesIn(Work()), "");
+    EXPECT_EQ(FirstDifference(wanted, Files(c)), "");
+  }
+
   void Sweep(const FaultCase& c, FaultKind kind) {
     const std::vector<std::string> argv = Arguments(c);
     Reset();
@@ -204,6 +232,7 @@ class FaultInjection : public testing::Test {
   }
 
   void SweepAll(const FaultCase& c) {
+    PlantTemporaries(c);
     for (const FaultKind kind : {FaultKind::kWrite, FaultKind::kRead, FaultKind::kMemory})
       if (!HasFailure() && !(c.is_slow && FewFaults() && kind != FaultKind::kWrite)) Sweep(c, kind);
   }
@@ -239,6 +268,45 @@ TEST_F(FaultInjection, TheRecordOfAStageComesAfterItsOutputsAreOnTheDisk) {
       Arguments({{"lumi-simulate", "--example", "desk", "--views", "24", "--width", "16", "-o", "@/new"}, {}}),
       FaultKind::kWrite, 0, Work());
   EXPECT_TRUE(flushed_before(many, Work() / "new/provenance/simulate.json", "syncfs " + (Work() / "new").string()));
+}
+
+// What a scene holds, some stage's record names; but for what each run checks by itself and may make anew.
+TEST_F(FaultInjection, TheRecordsOfASceneNameAllItsFiles) {
+  Reset();
+  const std::string scene = (Work() / "new").string();
+  Make({"lumi-pipeline", (Work() / "workspace").string(), "-o", scene, "--proxy", "auto", "--proxy-minutes", "0.05",
+        "--holdout", "2", "--width", "32", "--seconds", "0.1"});
+  Make({"lumi-proxy", "delaunay", scene});
+  Make({"lumi-proxy", "dense", scene, "--width", "64", "--iterations", "1"});
+  Make({"lumi-proxy", "hull", scene, "--silhouettes", (Work() / "capture/truth/silhouettes").string(), "--cell-px",
+        "16"});
+  Make({"lumi-proxy", "hull", scene, "--silhouettes", (Work() / "capture/truth/silhouettes").string(), "--cell-px",
+        "16", "--tradeoff"});
+  Make({"lumi-proxy", "simplify", scene, "--from", "delaunay", "--tradeoff", "--table-faces", "100", "--holdout", "2",
+        "--choose-width", "32"});
+  Make({"lumi-render", "tradeoff", scene, "-o", (Work() / "measured").string(), "--quick", "--width", "32", "--holdout",
+        "2"});
+  std::set<std::string> named;
+  for (const auto& entry : fs::directory_iterator(Work() / "new/provenance")) {
+    if (entry.path().extension() != ".json") continue;
+    const auto record = ReadProvenance(scene, entry.path().stem().string());
+    ASSERT_TRUE(record) << entry.path();
+    for (const auto& [output, fingerprint] : record->outputs)
+      named.insert(fs::path(output).lexically_normal().string());
+  }
+  const auto is_named = [&](fs::path name) {
+    for (; !name.empty(); name = name.parent_path())
+      if (named.contains(name.string())) return true;
+    return false;
+  };
+  for (const auto& entry : fs::recursive_directory_iterator(scene)) {
+    const fs::path name = entry.path().lexically_relative(scene);
+    const bool made_anew = *name.begin() == "provenance" || *name.begin() == "small-photos" ||
+                           name.parent_path() == fs::path("stereo/planes");
+    if (entry.is_regular_file() && !made_anew) {
+      EXPECT_TRUE(is_named(name)) << name;
+    }
+  }
 }
 
 TEST_F(FaultInjection, Simulate) {
@@ -339,7 +407,7 @@ TEST_F(FaultInjection, ProxyHullTradeoff) {
             {},
             "",
             true,
-            {"scene/tradeoff/"}});
+            {"scene/tradeoff/", "scene/provenance/measured-"}});
 }
 TEST_F(FaultInjection, ProxySimplifyTradeoff) {
   SweepAll({{"lumi-proxy", "simplify", "@/scene", "--from", "sparse", "--tradeoff", "--table-faces", "100", "--holdout",
@@ -348,7 +416,7 @@ TEST_F(FaultInjection, ProxySimplifyTradeoff) {
             {},
             "",
             true,
-            {"scene/tradeoff/"}});
+            {"scene/tradeoff/", "scene/provenance/measured-"}});
 }
 TEST_F(FaultInjection, RenderTradeoff) {
   SweepAll({{"lumi-render", "tradeoff", "@/scene", "-o", "@/measured", "--quick", "--width", "32", "--holdout", "2"},
@@ -356,7 +424,7 @@ TEST_F(FaultInjection, RenderTradeoff) {
             {},
             "",
             true,
-            {"scene/fronts/", "measured/"}});
+            {"scene/fronts/", "measured/", "scene/provenance/measured-"}});
 }
 TEST_F(FaultInjection, Stabilize) {
   SweepAll(

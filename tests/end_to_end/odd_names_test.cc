@@ -98,6 +98,68 @@ TEST(OddNames, GoThroughReconstructionProxyRenderAndReport) {
   EXPECT_TRUE(fs::exists(scene / "report.html"));
 }
 
+// All of it again in a folder of such a name, by every program; a second run finds that nothing has changed.
+TEST(OddNames, OfPhotosAndFoldersGoThroughEveryProgram) {
+  const TemporaryFolder temporary;
+  const fs::path folder = temporary / "caf\xe9 \"x\" 100%\nb";
+  fs::create_directories(folder / "photos");
+  const std::vector<std::string> names = {"line\nbreak.jpg",
+                                          "-rf.jpg",
+                                          "caf\xe9.jpg",
+                                          "100% %d %s.jpg",
+                                          "SAME.jpg",
+                                          "<b>O'Hara \"q\" & c.jpg",
+                                          std::string(251, 'n') + ".jpg",
+                                          "same.jpg"};
+  const SimulatedCapture capture("desk", static_cast<int>(names.size()), 320);
+  const std::vector<fs::path> files = PhotosOf(capture.photos());
+  for (std::size_t i = 0; i < files.size(); ++i) fs::copy_file(files[i], folder / "photos" / names[i]);
+  const std::string before = Contents(folder / "photos");
+  const auto at = [&](const std::string& name) { return (folder / name).string(); };
+  const std::vector<std::string> pipeline = {"lumi-pipeline", at("photos"), "-o",        at("scene"), "--proxy",
+                                             "delaunay",      "--holdout",  "4",         "--width",   "64",
+                                             "--seconds",     "0.2",        "--quality", "low"};
+  EXPECT_EQ(JsonOf(pipeline)["stages"][0]["summary"]["images_registered"], names.size());
+  const json again = JsonOf(pipeline);
+  for (const json& stage : again["stages"]) {
+    if (stage["name"] != "report") {
+      EXPECT_EQ(stage["reused"], true) << stage["name"];
+    }
+  }
+
+  const std::string scene = at("scene"), long_name = std::string(250, 'f') + ".mp4";
+  for (const std::vector<std::string>& argv : std::vector<std::vector<std::string>>{
+           {"lumi-proxy", "auto", scene, "--candidates", "plane", "delaunay", "--holdout", "2", "--choose-width", "32"},
+           {"lumi-proxy", "dense", scene, "--width", "64", "--iterations", "1"},
+           {"lumi-proxy", "box", scene},
+           {"lumi-proxy", "planes", scene},
+           {"lumi-proxy", "simplify", scene, "--from", "delaunay", "--faces", "50"},
+           {"lumi-proxy", "silhouettes", scene, "--rule", "R > 100"},
+           {"lumi-proxy", "hull", scene, "--cell-px", "16"},
+           {"lumi-export", "web", scene, "-o", at("page.html")},
+           {"lumi-export", "web", scene, "-o", at("page")},
+           {"lumi-export", "gltf", scene, "-o", at("model.glb"), "--points", at("points.ply")},
+           {"lumi-reconstruct", "export", scene, "-o", at("transforms.json")},
+           {"lumi-reconstruct", "export", scene, "-o", at("exported")},
+           {"lumi-render", scene, "-o", at(long_name), "--seconds", "0.1", "--width", "48"},
+           {"lumi-render", scene, "-o", at("views"), "--view", "-rf.jpg", "--width", "48"},
+           {"lumi-render", "methods", scene, "-o", at("methods"), "--width", "32", "--methods", "ulr", "pulli-1997"},
+           {"lumi-pipeline", at("exported"), "-o", at("imported"), "--proxy", "plane", "--no-video"}}) {
+    const ProgramResult run = RunProgram(argv);
+    EXPECT_EQ(run.exit_code, 0) << argv[0] << " " << argv[1] << ": " << run.err;
+  }
+  EXPECT_TRUE(fs::exists(folder / long_name));
+  // Names are text on pages, whatever they say.
+  const std::string report = ReadText(folder / "scene/report.html");
+  EXPECT_THAT(report, testing::HasSubstr("&lt;b&gt;O"));
+  EXPECT_THAT(report, testing::Not(testing::HasSubstr("<b>O")));
+  EXPECT_TRUE(IsUtf8(report));
+  // No board is in these pictures: they are read, and refused for that.
+  const ProgramResult boards = RunProgram({"lumi-calibrate", at("photos"), "--board", "9x6", "-o", at("camera.yaml")});
+  EXPECT_EQ(boards.exit_code, 1) << boards.err;
+  EXPECT_EQ(Contents(folder / "photos"), before);
+}
+
 // COLMAP's list of pairs parts names at blanks; it is used for more photos than are matched each with each.
 TEST(OddNames, WithBlanksAreMatchedInAListOfPairs) {
   constexpr int kMoreThanExhaustive = 204;

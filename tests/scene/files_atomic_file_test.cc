@@ -89,12 +89,28 @@ TEST(AtomicFile, ATemporaryInAFolderThatIsInUseIsKeptWhoeverWritesIt) {
 
 TEST(AtomicFile, WhileAFileIsWrittenItsFolderIsInUse) {
   const TempFolder folder;
-  Write(folder / TemporaryOf("other", GonePid()), "x");
   WriteFileAtomically(folder / "file", [&](const fs::path& temporary) {
+    Write(folder / TemporaryOf("other", GonePid()), "x");
     RemoveStaleTemporaries(folder.path());
     EXPECT_EQ(CountFiles(folder.path()), 1u);
     Write(temporary, "y");
   });
+}
+
+TEST(AtomicFile, WhoFirstWritesIntoAFolderRemovesWhatKilledRunsLeftThere) {
+  const TempFolder folder;
+  const pid_t gone = GonePid();
+  Write(folder / TemporaryOf("other", gone), "x");
+  Write(folder / "sub" / TemporaryOf("other", gone), "x");
+  Write(folder / "parts" / TemporaryOf("other", gone), "x");
+  Write(folder / "parts" / kMadeInParts, "");
+  WriteTextAtomically(folder / "file", "y");
+  EXPECT_EQ(CountFiles(folder.path()), 3u);  // the file and the folders
+  EXPECT_EQ(CountFiles(folder / "sub"), 1u);
+  WriteTextAtomically(folder / "sub/file", "y");
+  EXPECT_EQ(CountFiles(folder / "sub"), 1u);
+  WriteTextAtomically(folder / "parts/file", "y");
+  EXPECT_EQ(CountFiles(folder / "parts"), 3u);  // another machine's, perhaps
 }
 
 TEST(AtomicFile, AProcessNumberThatWasGivenAnewKeepsATemporaryForADay) {

@@ -120,6 +120,38 @@ TEST(ImageIo, APictureThatClaimsGigabytesIsRefusedBeforeTheyAreTaken) {
   EXPECT_REFUSED(ExitCode::kCorruptInput, "16383 x 32767", ReadImage8(folder / "a.jpg"));
 }
 
+// WebP's decoder takes the whole picture's memory while it opens the file: 16001 x 16002 pixels in each of its three
+// kinds.
+TEST(ImageIo, AWebpThatClaimsGigabytesIsRefusedBeforeTheDecoderOpensIt) {
+  const TempFolder folder;
+  const std::string riff("RIFF\x1e\0\0\0WEBP", 12);
+  const std::string lossy("VP8 \x0a\0\0\0\x30\x0c\0\x9d\x01\x2a\x81\x3e\x82\x3e", 18);
+  const std::string lossless("VP8L\x0a\0\0\0\x2f\x80\x7e\xa0\x0f\0\0\0\0\0", 18);
+  const std::string extended("VP8X\x0a\0\0\0\0\0\0\0\x80\x3e\0\x81\x3e\0", 18);
+  for (const std::string& chunk : {lossy, lossless, extended}) {
+    Write(folder / "photo.webp", riff + chunk);
+    EXPECT_REFUSED(ExitCode::kCorruptInput, "claims 16001 x 16002", ReadImageInfo(folder / "photo.webp"));
+  }
+  WriteImage(folder / "sound.webp", ColorfulImage(40, 30));
+  EXPECT_EQ(ReadImage8(folder / "sound.webp").height, 30);
+}
+
+// OpenEXR's reader takes an attribute's memory before it looks whether the file goes on that long.
+TEST(ImageIo, AnExrWhoseHeaderClaimsGigabytesIsRefusedBeforeTheyAreTaken) {
+  const TempFolder folder;
+  WriteImage(folder / "a.exr", ImageF(8, 6, 3));
+  std::string bytes = Read(folder / "a.exr");
+  const std::string name("compression\0compression\0", 24);
+  const std::size_t at = bytes.find(name);
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at + name.size(), 4, "\x00\x00\x00\x7F", 4);
+  bytes.replace(at, 4, "comq");  // of no kind that the reader knows
+  bytes.replace(at + 12, 4, "comq");
+  Write(folder / "b.exr", bytes);
+  EXPECT_REFUSED(ExitCode::kCorruptInput, "claims more than the file", ReadImageInfo(folder / "b.exr"));
+  EXPECT_EQ(ReadImageF(folder / "a.exr").width, 8);
+}
+
 TEST(ImageIo, BytesAfterTheEndOfAJpegDoNoHarm) {
   const TempFolder folder;
   WriteImage(folder / "a.jpg", ColorfulImage(30, 20));

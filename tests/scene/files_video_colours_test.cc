@@ -1,7 +1,9 @@
 // How frames look: turned as the file says, with the colours that it names.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "video_clips.h"
 
@@ -89,10 +91,23 @@ TEST(VideoColours, FfmpegTurnsFramesTheSameWay) {
   VideoWriter writer(folder / "v.mp4", 25);
   for (int i = 0; i < 3; ++i) writer.Add(Corners());
   writer.Finish();
-  for (const std::array<int, 4>& matrix : {std::array{0, 1, -1, 0}, {-1, 0, 0, -1}, {0, -1, 1, 0}}) {
+  // The same conversion to RGB as ours, before ffmpeg turns.
+  for (const std::array<int, 4>& matrix :
+       {std::array{1, 0, 0, 1}, {0, 1, -1, 0}, {-1, 0, 0, -1}, {0, -1, 1, 0}, {-1, 0, 0, 1}, {1, 0, 0, -1}}) {
+    SCOPED_TRACE(testing::PrintToString(matrix));
     SetMatrix(folder / "v.mp4", matrix);
-    Ffmpeg({"-i", (folder / "v.mp4").string(), "-frames:v", "1", (folder / "v.png").string()});
-    EXPECT_EQ(CornersSeen(VideoReader(folder / "v.mp4").Next()->rgb), CornersSeen(ReadImage8(folder / "v.png")));
+    Ffmpeg({"-i", (folder / "v.mp4").string(), "-frames:v", "1", "-vf",
+            "scale=flags=accurate_rnd+full_chroma_int+full_chroma_inp:in_color_matrix=bt709,format=rgb24",
+            (folder / "v.png").string()});
+    const Image8 theirs = ReadImage8(folder / "v.png"), ours = VideoReader(folder / "v.mp4").Next()->rgb;
+    ASSERT_EQ(ours.width, theirs.width);
+    ASSERT_EQ(ours.data.size(), theirs.data.size());
+    // Inside the quarters: at their edges chroma is interpolated before or after the turn.
+    for (int y = 8; y < ours.height - 8; ++y)
+      for (int x = 8; x < ours.width - 8; ++x) {
+        if (std::abs(2 * x - ours.width) < 16 || std::abs(2 * y - ours.height) < 16) continue;
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(ours.At(x, y, c), theirs.At(x, y, c), 2) << x << " " << y;
+      }
   }
 }
 
@@ -186,9 +201,13 @@ TEST(VideoColours, MotionJpegIsInFullRange) {
 
 TEST(VideoColours, PicturesAreFfmpegsOwn) {
   const Image8 picture = ColorfulImage(160, 120);
-  for (const ColourCase& c :
-       {ColourCase{"bt709", "tv", "yuv420p", kX264, "v.mp4"}, ColourCase{"smpte170m", "pc", "yuv420p", kX264, "v.mp4"},
-        ColourCase{"bt2020nc", "tv", "yuv420p10le", kX265, "v.mp4"}}) {
+  std::vector<ColourCase> cases;
+  for (const char* matrix : {"bt709", "smpte170m", "bt2020nc"})
+    for (const char* range : {"tv", "pc"}) {
+      cases.push_back({matrix, range, "yuv420p", kX264, "v.mp4"});
+      cases.push_back({matrix, range, "yuv420p10le", kX265, "v.mp4"});
+    }
+  for (const ColourCase& c : cases) {
     SCOPED_TRACE(testing::PrintToString(c));
     if (!HasEncoder(c.encoder[0])) continue;
     const TempFolder folder;
@@ -207,14 +226,15 @@ TEST(VideoColours, PicturesAreFfmpegsOwn) {
 
 // ---- HDR
 
-// A grey ramp over the signal's range, 10 bits.
-void EncodeHdrRamp(const TempFolder& folder, const std::string& transfer) {
+// Three frames of 10 bits from a signal of red, green and blue, 0 to 1.
+void EncodeHdr(const TempFolder& folder, const std::string& transfer, int width, int height,
+               const std::function<std::array<double, 3>(int x)>& signal) {
   std::string raw;
   for (int i = 0; i < 3; ++i)
-    for (int y = 0; y < 64; ++y)
-      for (int x = 0; x < 256; ++x)
-        for (int c = 0; c < 3; ++c) {
-          const int v = x * 65535 / 255;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        for (const double channel : signal(x)) {
+          const int v = static_cast<int>(std::lround(channel * 65535));
           raw += static_cast<char>(v & 255);
           raw += static_cast<char>(v >> 8);
         }
@@ -224,7 +244,7 @@ void EncodeHdrRamp(const TempFolder& folder, const std::string& transfer) {
           "-pix_fmt",
           "rgb48le",
           "-s",
-          "256x64",
+          std::to_string(width) + "x" + std::to_string(height),
           "-r",
           "25",
           "-i",
@@ -256,7 +276,7 @@ TEST(VideoColours, HdrBecomesSdrAndThatIsSaid) {
   for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
     const TempFolder folder;
-    EncodeHdrRamp(folder, c.transfer);
+    EncodeHdr(folder, c.transfer, 256, 64, [](int x) { return std::array{x / 255.0, x / 255.0, x / 255.0}; });
     VideoReader reader(folder / "v.mp4");
     EXPECT_THAT(reader.remarks(), ElementsAre(testing::AllOf(HasSubstr("v.mp4"), HasSubstr("HDR"), HasSubstr(c.name))));
     const Image8 ramp = reader.Next()->rgb;
@@ -272,6 +292,45 @@ TEST(VideoColours, HdrBecomesSdrAndThatIsSaid) {
     EXPECT_LT(paper, 240);
     EXPECT_TRUE(reader.Next());
   }
+}
+
+// Below the tone map's knee colours are those of the scene: given in BT.709's primaries with paper white at 1, filmed
+// in BT.2020's and PQ, they come back as their own sRGB.
+TEST(VideoColours, HdrColoursBecomeThoseOfTheNarrowerPrimaries) {
+  if (!HasEncoder("libx265")) GTEST_SKIP() << "no libx265";
+  const double colours[4][3] = {{0.25, 0.05, 0.05}, {0.05, 0.25, 0.05}, {0.05, 0.05, 0.25}, {0.2, 0.2, 0.05}};
+  // ITU-R BT.2087, and SMPTE ST 2084.
+  const double to_2020[3][3] = {{0.6274, 0.3293, 0.0433}, {0.0691, 0.9195, 0.0114}, {0.0164, 0.0880, 0.8956}};
+  const auto pq = [](double cd_m2) {
+    const double l = std::pow(cd_m2 / 10000, 2610.0 / 16384);
+    return std::pow((3424.0 / 4096 + 2413.0 / 128 * l) / (1 + 2392.0 / 128 * l), 2523.0 / 32);
+  };
+  const auto srgb = [](double v) { return 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055); };
+  const TempFolder folder;
+  EncodeHdr(folder, "smpte2084", 256, 64, [&](int x) {
+    std::array<double, 3> signal{};
+    for (int i = 0; i < 3; ++i) {
+      double linear = 0;
+      for (int k = 0; k < 3; ++k) linear += to_2020[i][k] * colours[x / 64][k];
+      signal[static_cast<std::size_t>(i)] = pq(203 * linear);
+    }
+    return signal;
+  });
+  const Image8 frame = VideoReader(folder / "v.mp4").Next()->rgb;
+  for (int i = 0; i < 4; ++i)
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(frame.At(64 * i + 32, 32, c), srgb(colours[i][c]), 3) << i << " " << c;
+}
+
+// SDR in wide primaries keeps its numbers, which is a little duller than it was filmed.
+TEST(VideoColours, WidePrimariesWithoutHdrAreSaid) {
+  const TempFolder folder;
+  Encode(folder / "raw", {PatchesPicture(), PatchesPicture()},
+         {"-vf",
+          "scale=out_color_matrix=bt2020:out_range=tv,format=yuv420p,setparams=colorspace=bt2020nc:range=tv:"
+          "color_primaries=bt2020:color_trc=bt2020-10",
+          "-colorspace", "bt2020nc", "-color_primaries", "bt2020", "-color_trc", "bt2020-10", "-c:v", "libx264", "-qp",
+          "0", (folder / "v.mp4").string()});
+  EXPECT_THAT(VideoReader(folder / "v.mp4").remarks(), ElementsAre(HasSubstr("BT.2020")));
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, BadScene,
     ::testing::Values(
         BadCase{"", "line 1: this is not JSON"}, BadCase{"{\n\"cameras\": [\n,]}", "line 3: this is not JSON"},
+        BadCase{R"({"cameras": 0.1e19645})", "a number is too large: '0.1e19645'"},
         BadCase{"[1, 2]", "must be an object"}, BadCase{"{}", "cameras: needs at least one camera"},
         BadCase{R"({"cameras": 3})", "cameras: must be an array"},
         BadCase{R"({"cameras": [{"size": [8, 6], "fov_deg": 50}]})", "path: is missing"},

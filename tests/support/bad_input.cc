@@ -46,10 +46,10 @@ void ExpectRefusal(const Refusal& refusal) {
   for (const fs::path& path : refusal.users) before.push_back(Contents(path));
   const std::string output_before = refusal.output.empty() ? "" : Contents(refusal.output);
 
-  const ProgramResult for_people = RunProgram(refusal.argv);
+  const ProgramResult for_people = RunProgram(refusal.argv, refusal.environment);
   std::vector<std::string> with_json = refusal.argv;
   with_json.push_back("--json");
-  const ProgramResult json = RunProgram(with_json);
+  const ProgramResult json = RunProgram(with_json, refusal.environment);
 
   for (const ProgramResult* result : {&for_people, &json}) {
     EXPECT_EQ(result->exit_code, refusal.exit_code) << result->err;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,8 @@ struct Refusal {
   std::vector<std::string> line_names;       // each appears in the one line
   std::filesystem::path output;              // must not be there afterwards (or stay as it was)
   std::vector<std::filesystem::path> users;  // must not change
+  std::map<std::string, std::string> environment = {};
+  std::shared_ptr<void> held = {};  // what is to be there while the program runs
 };
 
 // Runs it twice, for a person and with --json, and checks both.

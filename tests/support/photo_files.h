@@ -66,14 +66,24 @@ inline std::string TiffDirectory(const std::vector<TiffField>& fields, std::size
   return directory + LittleEndian(0, 4) + data;
 }
 
-// EXIF as it stands in a file: `main` (camera, orientation), `exif` (lens). Tags ascending in each.
-inline std::string ExifBlock(std::vector<TiffField> main, const std::vector<TiffField>& exif) {
+// EXIF as it stands in a file: `main` (camera, orientation), `exif` (lens), `gps`. Tags ascending in each.
+inline std::string ExifBlock(std::vector<TiffField> main, const std::vector<TiffField>& exif,
+                             const std::vector<TiffField>& gps = {}) {
   constexpr std::size_t kHeader = 8;
   main.push_back(Long(0x8769, 0));
-  const std::size_t exif_at = kHeader + TiffDirectory(main, kHeader).size();
-  main.back() = Long(0x8769, static_cast<std::uint32_t>(exif_at));
+  if (!gps.empty()) main.push_back(Long(0x8825, 0));
+  const std::size_t exif_at = kHeader + TiffDirectory(main, kHeader).size(),
+                    gps_at = exif_at + TiffDirectory(exif, exif_at).size();
+  if (!gps.empty()) main.back() = Long(0x8825, static_cast<std::uint32_t>(gps_at));
+  main[main.size() - (gps.empty() ? 1 : 2)] = Long(0x8769, static_cast<std::uint32_t>(exif_at));
   return std::string("II*\0", 4) + LittleEndian(kHeader, 4) + TiffDirectory(main, kHeader) +
-         TiffDirectory(exif, exif_at);
+         TiffDirectory(exif, exif_at) + (gps.empty() ? "" : TiffDirectory(gps, gps_at));
+}
+
+// 48 deg 30' 36" south, 9 deg 15' east, 12.5 m below the sea.
+inline std::vector<TiffField> GpsFields() {
+  return {Ascii(1, "S"),  Rationals(2, {48, 30, 36}), Ascii(3, "E"), Rationals(4, {9, 15, 0}),
+          Bytes(5, "\1"), Rationals(6, {12.5})};
 }
 
 inline std::uint32_t PngCrc(const std::string& bytes) {
@@ -107,7 +117,7 @@ inline void WriteDng(const std::filesystem::path& file, int width, int height, c
       pixels +=
           LittleEndian(static_cast<std::uint64_t>(rgb[static_cast<std::size_t>(x % 2 + y % 2)] * kWhite + 0.5), 2);
   const auto w = static_cast<std::uint32_t>(width), h = static_cast<std::uint32_t>(height);
-  const auto fields = [&](std::uint32_t strip_at, std::uint32_t exif_at) {
+  const auto fields = [&](std::uint32_t strip_at, std::uint32_t exif_at, std::uint32_t gps_at) {
     return std::vector<TiffField>{
         Long(254, 0),
         Long(256, w),
@@ -126,6 +136,7 @@ inline void WriteDng(const std::filesystem::path& file, int width, int height, c
         Shorts(33421, {2, 2}),
         Bytes(33422, std::string("\0\1\1\2", 4)),
         Long(0x8769, exif_at),
+        Long(0x8825, gps_at),
         Bytes(50706, std::string("\1\4\0\0", 4)),
         Ascii(50708, "Lumi Test Camera"),
         Shorts(50714, {0}),
@@ -136,13 +147,14 @@ inline void WriteDng(const std::filesystem::path& file, int width, int height, c
   };
   const std::vector<TiffField> exif{Rationals(0x920A, {focal_mm}), Shorts(0xA405, {focal_35mm})};
   constexpr std::size_t kHeader = 8;
-  const std::size_t exif_at = kHeader + TiffDirectory(fields(0, 0), kHeader).size();
-  const std::size_t strip_at = exif_at + TiffDirectory(exif, exif_at).size();
+  const std::size_t exif_at = kHeader + TiffDirectory(fields(0, 0, 0), kHeader).size();
+  const std::size_t gps_at = exif_at + TiffDirectory(exif, exif_at).size();
+  const std::size_t strip_at = gps_at + TiffDirectory(GpsFields(), gps_at).size();
+  const auto directory = fields(static_cast<std::uint32_t>(strip_at), static_cast<std::uint32_t>(exif_at),
+                                static_cast<std::uint32_t>(gps_at));
   std::ofstream(file, std::ios::binary) << std::string("II*\0", 4) << LittleEndian(kHeader, 4)
-                                        << TiffDirectory(fields(static_cast<std::uint32_t>(strip_at),
-                                                                static_cast<std::uint32_t>(exif_at)),
-                                                         kHeader)
-                                        << TiffDirectory(exif, exif_at) << pixels;
+                                        << TiffDirectory(directory, kHeader) << TiffDirectory(exif, exif_at)
+                                        << TiffDirectory(GpsFields(), gps_at) << pixels;
 }
 
 }  // namespace lumi::test

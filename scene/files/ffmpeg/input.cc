@@ -14,6 +14,7 @@
 
 extern "C" {
 #include <libavutil/dovi_meta.h>
+#include <libavutil/mem.h>
 }
 
 #include "scene/files/open_to_read.h"
@@ -26,6 +27,9 @@ constexpr int kBufferBytes = 1 << 16;
 constexpr double kMaxFps = 1000;        // beyond: a container's time base, not its rate
 constexpr double kStraightTurn = 0.02;  // sine of about a degree
 constexpr double kMostFrames = 1e9;     // more is a damaged header
+// One allocation of FFmpeg's: a frame of 16384 x 8192 pixels, 4 bytes each. A few bytes may claim an index of
+// gigabytes.
+constexpr std::size_t kMaxAllocation_bytes = (std::size_t{1} << 29) + (std::size_t{1} << 20);
 
 int ReadFile(void* file, std::uint8_t* to, int size) {
   const ssize_t n = ::read(*static_cast<int*>(file), to, static_cast<std::size_t>(size));
@@ -98,6 +102,7 @@ Turn TurnOf(const std::int32_t* matrix) {
 }
 
 Input::Input(const std::filesystem::path& path) : path_(path) {
+  [[maybe_unused]] static const bool limited = (av_max_alloc(kMaxAllocation_bytes), true);
   KeepWords();
   ForgetWords();
   const auto refuse = [&](const std::string& why) {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <opencv2/core.hpp>
+#include <type_traits>
 
 extern "C" {
 #include <libavfilter/buffersink.h>
@@ -71,19 +73,29 @@ double PeakOf(const AVFrame& frame) {
 
 void SetOption(void* object, const char* name, std::int64_t value) { av_opt_set_int(object, name, value, 0); }
 
+// FFmpeg puts a file's numbers into its enumerations as they are: one beyond its list counts as not stated. Read as an
+// integer first, because an enumeration that holds no value of its own may not be read.
+template <typename Enum>
+Enum Stated(const Enum& in_file, Enum beyond, Enum not_stated) {
+  std::underlying_type_t<Enum> number;
+  std::memcpy(&number, &in_file, sizeof number);
+  return number < static_cast<std::underlying_type_t<Enum>>(beyond) ? static_cast<Enum>(number) : not_stated;
+}
+
 }  // namespace
 
 Colours ColoursOf(const AVFrame& frame) {
   Colours c;
   c.width = frame.width;
   c.height = frame.height;
-  c.full_range = frame.color_range == AVCOL_RANGE_JPEG;
+  const AVColorRange range = Stated(frame.color_range, AVCOL_RANGE_NB, AVCOL_RANGE_UNSPECIFIED);
+  c.full_range = range == AVCOL_RANGE_JPEG;
   c.format = UsualFormat(frame.format, &c.full_range);
-  c.matrix = frame.colorspace;
-  c.transfer = frame.color_trc;
-  c.primaries = frame.color_primaries;
-  c.chroma = frame.chroma_location;
-  if (IsGrey(c.format) && frame.color_range == AVCOL_RANGE_UNSPECIFIED) c.full_range = true;
+  c.matrix = Stated(frame.colorspace, AVCOL_SPC_NB, AVCOL_SPC_UNSPECIFIED);
+  c.transfer = Stated(frame.color_trc, AVCOL_TRC_NB, AVCOL_TRC_UNSPECIFIED);
+  c.primaries = Stated(frame.color_primaries, AVCOL_PRI_NB, AVCOL_PRI_UNSPECIFIED);
+  c.chroma = Stated(frame.chroma_location, AVCHROMA_LOC_NB, AVCHROMA_LOC_UNSPECIFIED);
+  if (IsGrey(c.format) && range == AVCOL_RANGE_UNSPECIFIED) c.full_range = true;
   if (c.matrix == AVCOL_SPC_UNSPECIFIED || c.matrix == AVCOL_SPC_RESERVED ||
       (c.matrix == AVCOL_SPC_RGB && !IsRgb(c.format)))
     c.matrix = c.Hdr()                                         ? AVCOL_SPC_BT2020_NCL
@@ -207,6 +219,9 @@ std::vector<std::string> ToRgb::Remarks() const {
     remarks.push_back(fmt::format("{} is HDR ({}, peak {:.0f} cd/m2): tone-mapped to SDR with paper white at {} cd/m2",
                                   file, colours_.transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG", peak_,
                                   kReferenceWhite));
+  else if (colours_.primaries == AVCOL_PRI_BT2020 || colours_.primaries == AVCOL_PRI_SMPTE432)
+    remarks.push_back(fmt::format("{} has {} primaries without HDR: shown as BT.709's, a little duller than filmed",
+                                  file, colours_.primaries == AVCOL_PRI_BT2020 ? "BT.2020" : "Display P3"));
   else if (const int depth = Descriptor(colours_.format).comp[0].depth; depth > 8)
     remarks.push_back(fmt::format("{} has {} bits a channel: rounded to 8", file, depth));
   return remarks;
@@ -222,7 +237,7 @@ Image8 ToRgb::Convert(AVFrame& frame) {
   frame.color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
   int error = 0;
   if (graph_) {
-    if (frame.color_primaries == AVCOL_PRI_UNSPECIFIED) frame.color_primaries = AVCOL_PRI_BT2020;
+    if (colours_.primaries == AVCOL_PRI_UNSPECIFIED) frame.color_primaries = AVCOL_PRI_BT2020;
     frame.pts = 0;
     error = av_buffersrc_add_frame_flags(source_, &frame, AV_BUFFERSRC_FLAG_KEEP_REF);
     av_frame_unref(planes_.get());

@@ -12,6 +12,7 @@
 #include "scene/files/codecs.h"
 #include "scene/files/open_to_read.h"
 #include "scene/files/openimageio/color_profile.h"
+#include "scene/files/openimageio/header_claims.h"
 #include "scene/files/openimageio/picture_info.h"
 #include "scene/program/error.h"
 
@@ -61,11 +62,30 @@ std::unique_ptr<OIIO::ImageInput> OpenInput(const fs::path& path, const OIIO::Im
   return in && in->open(path.string(), spec, config) ? std::move(in) : nullptr;
 }
 
+// What a header claims.
+void RequirePhotograph(const fs::path& path, int width, int height, int channels, int depth) {
+  const std::int64_t pixels = static_cast<std::int64_t>(width) * height, values = pixels * channels;
+  if (width <= 0 || height <= 0 || channels <= 0 || width > kMaxSide || height > kMaxSide || channels > kMaxChannels ||
+      pixels > kMaxPixels || depth > 1)
+    throw InputError(path,
+                     fmt::format("{} x {} pixels with {} channels cannot be a photograph", width, height, channels));
+  std::error_code error;
+  if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error));
+      !error && ((pixels > kManyPixels && pixels / kPixelsPerByte > bytes) ||
+                 (values > kManyValues && values / kValuesPerByte > bytes)))
+    throw InputError(
+        path, fmt::format("claims {} x {} pixels with {} channels in {} bytes: the file is cut off or corrupt", width,
+                          height, channels, bytes));
+}
+
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   LimitThreads();
   std::error_code error;
   if (!fs::exists(path, error)) throw InputError(path, "there is no such picture");
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
+  if (const auto size = WebpSize(path)) RequirePhotograph(path, size->width, size->height, 3, 1);
+  if (ExrAttributeBeyondFile(path))
+    throw InputError(path, "is truncated or corrupt: its header claims more than the file");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file, also where transparent
   errno = 0;
@@ -76,18 +96,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
     throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
   }
   const OIIO::ImageSpec& spec = in->spec();
-  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.width > kMaxSide || spec.height > kMaxSide ||
-      spec.nchannels > kMaxChannels || static_cast<std::int64_t>(spec.width) * spec.height > kMaxPixels ||
-      spec.depth > 1)
-    throw InputError(path, fmt::format("{} x {} pixels with {} channels cannot be a photograph", spec.width,
-                                       spec.height, spec.nchannels));
-  const std::int64_t pixels = static_cast<std::int64_t>(spec.width) * spec.height, values = pixels * spec.nchannels;
-  if (const auto bytes = static_cast<std::int64_t>(fs::file_size(path, error));
-      !error && ((pixels > kManyPixels && pixels / kPixelsPerByte > bytes) ||
-                 (values > kManyValues && values / kValuesPerByte > bytes)))
-    throw InputError(path,
-                     fmt::format("claims {} x {} pixels with {} channels in {} bytes: the file is cut off or corrupt",
-                                 spec.width, spec.height, spec.nchannels, bytes));
+  RequirePhotograph(path, spec.width, spec.height, spec.nchannels, spec.depth);
   return in;
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "scene/files/open_to_read.h"
+#include "scene/files/openimageio/tiff_gps.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -106,7 +107,8 @@ ImageInfo PictureInfo(const OIIO::ImageSpec& spec, const std::string& format, co
     info.focal_35mm = *info.focal_mm / *sensor_mm * kFilmWidthMm;
   for (const char* name : {"Exif:DateTimeOriginal", "DateTime"})
     if (const std::string time = Text(spec, name); !time.empty() && !info.capture_time) info.capture_time = time;
-  info.gps = Gps(spec);
+  info.gps = TiffGps(path);
+  if (!info.gps) info.gps = Gps(spec);
   info.make = Text(spec, "Make");
   info.model = Text(spec, "Model");
   info.lens = Text(spec, "Exif:LensModel");
