@@ -16,6 +16,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
 #include "scene/files/provenance.h"
+#include "scene/program/subprocess.h"
 #include "tests/support/bad_input.h"
 #include "tests/support/same_outputs.h"
 
@@ -80,6 +81,10 @@ class FaultInjection : public testing::Test {
           "60", "-o", lamp.string()});
     fs::copy(lamp / "fixed.mp4", Template() / "fixed.mp4");
     fs::copy(lamp / "video.mp4", Template() / "waved.mp4");
+    const SubprocessResult film = RunSubprocess(
+        {"ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "color=c=gray:s=160x120:r=30:d=0.4", "-f", "lavfi", "-i",
+         "sine=frequency=440:duration=0.4", "-c:v", "mpeg4", (Template() / "film.mp4").string()});
+    ASSERT_EQ(film.exit_code, 0) << testing::PrintToString(film.tail);
   }
   static void TearDownTestSuite() {
     folder_.reset();
@@ -144,6 +149,7 @@ class FaultInjection : public testing::Test {
                                     "-0" + file.extension().string()));
     }
     for (const fs::path& temporary : planted) WriteTextAtomically(temporary, "half");
+    if (planted.empty()) return;  // all in folders that are not there yet
     EXPECT_NE(TemporariesIn(Work()), "");
     const ProgramResult run = RunProgram(argv);
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -357,6 +363,14 @@ TEST_F(FaultInjection, Reconstruct) {
             {"taken", "database.db"},
             {"provenance/"}});
 }
+TEST_F(FaultInjection, ReconstructByFactorization) {
+  SweepAll({{"lumi-reconstruct", "@/walk/video.mp4", "-o", "@/new", "--backend", "factorization", "--projective",
+             "--all-frames"},
+            {"walk"},
+            {"provenance/"},
+            "",
+            true});
+}
 TEST_F(FaultInjection, Calibrate) {
   SweepAll({{"lumi-calibrate", "@/boards", "--board", "9x6", "--square-mm", "25", "-o", "@/new/camera.yaml"},
             {"boards"},
@@ -443,6 +457,15 @@ TEST_F(FaultInjection, TimePeriodicMasks) {
        {"timeperiodic/"},
        "",
        true});
+}
+TEST_F(FaultInjection, PipelineStabilizes) {
+  SweepAll({{"lumi-pipeline", "@/film.mp4", "--stabilize", "smooth", "-o", "@/steady.mp4", "--no-score"},
+            {"film.mp4"},
+            {"steady-work/"},
+            "",
+            true,
+            // These say how many frames were there already.
+            {"steady-work/report", "steady-work/window-000/steady/render.json"}});
 }
 TEST_F(FaultInjection, PipelineFromAWorkspace) {
   SweepAll({{"lumi-pipeline", "@/workspace", "-o", "@/new", "--proxy", "plane", "--holdout", "0", "--no-video"},

@@ -236,6 +236,39 @@ TEST(WebPage, ALinkToAViewOpensThere) {
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 
+// Their pixels lie on their side, and EXIF says so: who looks through such a camera sees the picture as a person does.
+TEST(WebPage, PhotosThatWereTakenUprightAreSeenUpright) {
+  SKIP_WITHOUT_BROWSER();
+  const SimulatedCapture portrait("desk", 4, 160, {"--portrait-every", "1"});
+  const fs::path page = portrait / "page.html";
+  const ProgramResult made =
+      RunProgram({"lumi-export", "web", portrait.path().string(), "-o", page.string(), "--quiet"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  At("file://" + page.string());
+  Chromium& browser = Browser();
+  for (int i = 0; i < 4; ++i) {
+    const std::string photo = "lumigraph.manifest.photos[" + std::to_string(i) + "]";
+    EXPECT_EQ(browser.Evaluate(photo + ".turns").get<int>(), 1);
+    EXPECT_EQ(browser.Evaluate(photo + ".size[0] > " + photo + ".size[1]"), true) << "as it is stored";
+    const std::string name = browser.Evaluate(photo + ".name");
+    browser.Open("about:blank");
+    At("file://" + page.string() + "#view=" + name);
+    EXPECT_EQ(browser.Evaluate("lumigraph.state.photo").get<int>(), i);
+    EXPECT_NEAR(browser.Evaluate("lumigraph.camera.aspect").get<double>(), 3.0 / 4, 1e-6);
+    const json down = browser.Evaluate("lumigraph.camera.rotation.slice(3, 6)"),
+               up = browser.Evaluate("lumigraph.camera.up");
+    double against_up = 0, across_up = 0;
+    const json right = browser.Evaluate("lumigraph.camera.rotation.slice(0, 3)");
+    for (std::size_t k = 0; k < 3; ++k) {
+      against_up -= down[k].get<double>() * up[k].get<double>();
+      across_up += right[k].get<double>() * up[k].get<double>();
+    }
+    EXPECT_GT(against_up, 0.5) << name;
+    EXPECT_NEAR(across_up, 0, 0.05) << name;  // the photographer holds the horizon level
+  }
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
 TEST(WebPage, StreamsFromAFolder) {
   SKIP_WITHOUT_BROWSER();
   const fs::path folder = Desk().capture() / "web-folder";
