@@ -25,8 +25,9 @@ while [ $# -gt 0 ]; do
     --as-user) as_user=(--as-user) ;;
     --asan) preset=asan-ubsan; select=(-LE 'slow|end-to-end') passed+=(--asan) ;;
     --tsan)
-      # What starts threads or is read by several: the window and its loaders, scenes' files, parallel loops, videos.
-      preset=tsan targets=(viewer_core_test viewer_window_test test_scene_files test_scene_program test_scene_tracks)
+      # What starts threads or is read by several: the window and its loaders, caches of photos, frames in progress, scenes' files,
+      # parallel loops, videos.
+      preset=tsan targets=(viewer_core_test viewer_window_test test_render gl_renderer_test test_scene_files test_scene_program test_scene_tracks)
       select=(-R "^($(IFS='|'; echo "${targets[*]}"))\$") passed+=(--tsan) ;;
     *) more+=("$1") passed+=("$1") ;;
   esac
