@@ -3,6 +3,7 @@
 #include <lcms2.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "files_test_util.h"
@@ -280,6 +281,38 @@ TEST(Colors, DisplayP3AndAdobeRgbBecomeSrgb) {
       ExpectConverted(
           ending, AdobeRgbProfile(), adobe, [](double code) { return std::pow(code / 255, kAdobeGamma); }, channels);
     }
+}
+
+// As a camera that is set to Adobe RGB writes it: no profile, EXIF says "uncalibrated" and R03.
+TEST(Colors, AdobeRgbThatExifAloneTells) {
+  const TempFolder folder;
+  const auto write = [&](const std::string& name, int space, const std::string& index) {
+    Image8 image(64, 48, 3);
+    for (std::size_t i = 0; i < image.data.size(); i += 3)
+      image.data[i] = 200, image.data[i + 1] = 60, image.data[i + 2] = 60;
+    WriteImage(folder / name, image, 100);
+    const auto block = [&](std::size_t at) {
+      return ExifBlock({Ascii(271, "Acme")}, {Shorts(0xA001, {space}), Long(0xA005, static_cast<std::uint32_t>(at))});
+    };
+    const std::size_t at = block(0).size();
+    const std::string exif = std::string("Exif\0\0", 6) + block(at) + TiffDirectory({Ascii(1, index)}, at);
+    std::string bytes = Read(folder / name);
+    const std::size_t length = exif.size() + 2;
+    bytes.insert(2, std::string("\xFF\xE1") + static_cast<char>(length >> 8) + static_cast<char>(length & 255) + exif);
+    Write(folder / name, bytes);
+    const Image8 read = ReadImage8(folder / name);
+    return std::array<int, 3>{read.At(32, 24, 0), read.At(32, 24, 1), read.At(32, 24, 2)};
+  };
+  const double red = std::pow(200 / 255.0, kAdobeGamma), other = std::pow(60 / 255.0, kAdobeGamma);
+  const double expected[] = {SrgbEncoded(1.3984 * red - 0.3984 * other), SrgbEncoded(other), SrgbEncoded(other)};
+  const auto adobe = write("adobe.jpg", 65535, "R03"), srgb = write("srgb.jpg", 1, "R98"),
+             unknown = write("unknown.jpg", 65535, "R98");
+  const int stored[] = {200, 60, 60};
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(adobe[c], expected[c], 3) << c;
+    EXPECT_NEAR(srgb[c], stored[c], 2) << c;
+    EXPECT_NEAR(unknown[c], stored[c], 2) << c;
+  }
 }
 
 TEST(Colors, PixelsWithoutAProfileWithSrgbsAndWithABrokenOneStayAsTheyAre) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string_view>
 
 #include "scene/files/open_to_read.h"
 
@@ -18,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMetaWithin = 1 << 20;  // bytes from the beginning in which HEIF's properties are searched
+constexpr std::size_t kExifWithin = 1 << 16;  // EXIF is one segment of a JPEG
 constexpr int kSrgbCodes = 2;                 // a profile that moves no colour further is sRGB's
 
 struct ProfileCloser {
@@ -88,11 +90,9 @@ const Transform& TransformFor(const std::string& profile) {
   return *transform;
 }
 
-std::string DisplayP3() {
+// Takes the curve.
+std::string RgbProfile(const cmsCIExyYTRIPLE& primaries, cmsToneCurve* curve) {
   const cmsCIExyY white{0.3127, 0.3290, 1};
-  const cmsCIExyYTRIPLE primaries{{0.680, 0.320, 1}, {0.265, 0.690, 1}, {0.150, 0.060, 1}};
-  constexpr std::array<double, 5> kSrgbCurve{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
-  cmsToneCurve* curve = cmsBuildParametricToneCurve(nullptr, 4, kSrgbCurve.data());
   const std::array<cmsToneCurve*, 3> curves{curve, curve, curve};
   const Profile profile(cmsCreateRGBProfile(&white, &primaries, curves.data()));
   cmsFreeToneCurve(curve);
@@ -100,6 +100,32 @@ std::string DisplayP3() {
   if (!profile || !cmsSaveProfileToMem(profile.get(), nullptr, &size)) return {};
   std::string bytes(size, '\0');
   return cmsSaveProfileToMem(profile.get(), bytes.data(), &size) ? bytes : std::string();
+}
+
+std::string DisplayP3() {
+  constexpr std::array<double, 5> kSrgbCurve{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+  return RgbProfile({{0.680, 0.320, 1}, {0.265, 0.690, 1}, {0.150, 0.060, 1}},
+                    cmsBuildParametricToneCurve(nullptr, 4, kSrgbCurve.data()));
+}
+
+// Adobe RGB (1998) color image encoding, version 2005-05.
+std::string AdobeRgb() {
+  return RgbProfile({{0.64, 0.33, 1}, {0.21, 0.71, 1}, {0.15, 0.06, 1}}, cmsBuildGamma(nullptr, 563.0 / 256));
+}
+
+// Cameras that are set to Adobe RGB embed no profile: EXIF's colour space is "uncalibrated", and its interoperability
+// index is R03 (DCF's optional colour space, CIPA DC-009; EXIF 2.32, section 4.6.7). OpenImageIO does not tell the
+// index: its field is looked for in the file's beginning.
+bool SaysAdobeRgb(const OIIO::ImageSpec& spec, const fs::path& path) {
+  constexpr int kAdobe = 2, kUncalibrated = 65535;  // the first: not in EXIF, written all the same
+  const int space = spec.get_int_attribute("Exif:ColorSpace", 0);
+  if (space != kUncalibrated) return space == kAdobe;
+  using namespace std::string_view_literals;
+  std::ifstream file = OpenToRead(path);
+  std::string head(kExifWithin, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return head.find("\x01\0\x02\0\x04\0\0\0R03\0"sv) != std::string::npos ||
+         head.find("\0\x01\0\x02\0\0\0\x04R03\0"sv) != std::string::npos;
 }
 
 std::uint32_t BigEndian(const std::string& bytes, std::size_t at, std::size_t n) {
@@ -149,7 +175,8 @@ std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& form
   const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
   if (icc && icc->type().basetype == OIIO::TypeDesc::UINT8)
     return {static_cast<const char*>(icc->data()), icc->type().size()};
-  return format == "heif" ? HeifProfile(path) : std::string();
+  if (format == "heif") return HeifProfile(path);
+  return SaysAdobeRgb(spec, path) ? AdobeRgb() : std::string();
 }
 
 void ToSrgb(const std::string& profile, Image8& image) {
