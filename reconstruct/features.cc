@@ -354,11 +354,11 @@ void MatchChosen(const Capture& capture, const std::vector<std::string>& names, 
   if (choice == PairChoice::kNeighbours) return match(features.own ? Neighbours(n) : PhotoPairs());
   if (hints.is_all && !hints.near.empty()) return match(hints.near);
   const ViewGraph graph(names, features.database, job.options.seed, job.sink);
-  PhotoPairs tried = Joined(graph.Similar(PartnersOf(job.options, capture.is_video)), hints.near);
+  PhotoPairs tried = Joined(graph.Similar(PartnersOf(job.options, capture.is_video), job.sink), hints.near);
   tried = Joined(std::move(tried), capture.is_video ? Neighbours(n) : NearByGps(capture.photos));
   match(tried);
   for (int round = 0; round < kMoreRounds; ++round) {
-    const PhotoPairs next = graph.Next(tried, Verified(names, tried, features.database));
+    const PhotoPairs next = graph.Next(tried, Verified(names, tried, features.database), job.sink);
     if (next.empty()) break;
     match(next);
     tried = Joined(std::move(tried), next);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "reconstruct/colmap_database.h"
+#include "scene/program/memory.h"
 #include "scene/tracks/vlad.h"
 
 namespace lumi {
@@ -17,7 +18,8 @@ constexpr int kNearByGps = 12;
 // Photos with a third of all their partners in common probably see one another.
 constexpr double kSharedPartners = 1.0 / 3;
 // What is added a photo by common partners, and across parts.
-constexpr std::size_t kMoreByPartners = 8, kMoreAcross = 10;
+constexpr std::size_t kMoreByPartners = 8;
+constexpr int kMoreAcross = 10;
 // Fewer verified matches join two parts weakly (COLMAP's mapper wants 30 inliers to place a photo).
 constexpr int kStrong = 30;
 
@@ -95,53 +97,63 @@ ViewGraph::ViewGraph(const std::vector<std::string>& names, const std::filesyste
   const ColmapDatabase db(database);
   std::map<std::string, std::int64_t> id_of;
   for (const DatabaseImage& image : db.Images()) id_of[image.name] = image.id;
+  const VladOptions options{.seed = seed};
+  // The vectors, and as much again while they are made.
+  RequireMemory(2 * sizeof(float) * static_cast<std::uint64_t>(options.words) * kByteDescriptorLength * names.size(),
+                database, "give fewer photos, or in the order they were taken in: --matching sequential");
   Progress progress(sink, "comparing photos", 2 * static_cast<long>(names.size()));  // each is read twice
-  vectors_ = DescribePhotos(names.size(),
-                            [&](std::size_t i) {
-                              progress.Step();
-                              const auto id = id_of.find(names[i]);
-                              return id == id_of.end() ? ByteDescriptors(0, kByteDescriptorLength)
-                                                       : db.Descriptors(id->second);
-                            },
-                            {.seed = seed});
+  vectors_ = DescribePhotos(
+      names.size(),
+      [&](std::size_t i) {
+        progress.Step();
+        const auto id = id_of.find(names[i]);
+        return id == id_of.end() ? ByteDescriptors(0, kByteDescriptorLength) : db.Descriptors(id->second);
+      },
+      options);
 }
 
 ViewGraph::ViewGraph(Eigen::MatrixXf vectors) : vectors_(std::move(vectors)) {}
 
-PhotoPairs ViewGraph::Similar(int most) const {
+PhotoPairs ViewGraph::Similar(int most, ProgressSink& sink) const {
+  Progress progress(sink, "looking for photos that look alike", static_cast<long>(vectors_.cols()));
+  const auto similar = MostSimilar(vectors_, most, {.progress = &progress});
   PhotoPairs pairs;
-  const auto similar = MostSimilar(vectors_, most);
   for (std::size_t i = 0; i < similar.size(); ++i)
     for (const int other : similar[i]) pairs.emplace_back(static_cast<int>(i), other);
   return InOrder(std::move(pairs));
 }
 
-PhotoPairs ViewGraph::AcrossParts(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified) const {
+PhotoPairs ViewGraph::AcrossParts(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified,
+                                  ProgressSink& sink) const {
   const auto n = static_cast<std::size_t>(vectors_.cols());
   const std::vector<int> part = Parts(n, verified);
   std::map<int, int> size;
   for (const int p : part) ++size[p];
   const int largest = std::ranges::max_element(size, {}, [](const auto& s) { return s.second; })->first;
+  std::vector<int> apart;
+  for (std::size_t i = 0; i < n; ++i)
+    if (part[i] != largest) apart.push_back(static_cast<int>(i));
+  if (apart.empty()) return {};
+  std::vector<std::vector<int>> tried_with(n);  // ascending: `tried` is sorted
+  for (const auto& [a, b] : tried) tried_with[static_cast<std::size_t>(b)].push_back(a);
+  for (const auto& [a, b] : tried) tried_with[static_cast<std::size_t>(a)].push_back(b);
+  const auto may = [&](int i, int j) {
+    return part[static_cast<std::size_t>(i)] != part[static_cast<std::size_t>(j)] &&
+           !std::ranges::binary_search(tried_with[static_cast<std::size_t>(i)], j);
+  };
+  Progress progress(sink, "looking for what joins parts", std::ssize(apart));
+  const auto similar = MostSimilar(vectors_, kMoreAcross, {apart, may, &progress});
   PhotoPairs more;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (part[i] == largest) continue;
-    const Eigen::VectorXf products = vectors_.transpose() * vectors_.col(static_cast<Eigen::Index>(i));
-    std::vector<int> elsewhere;
-    for (std::size_t j = 0; j < n; ++j)
-      if (part[j] != part[i] && products[static_cast<Eigen::Index>(j)] != 0 &&
-          !Contains(tried, static_cast<int>(i), static_cast<int>(j)))
-        elsewhere.push_back(static_cast<int>(j));
-    std::ranges::stable_sort(elsewhere, std::ranges::greater(), [&](int j) { return products[j]; });
-    elsewhere.resize(std::min(elsewhere.size(), kMoreAcross));
-    for (const int j : elsewhere) more.emplace_back(static_cast<int>(i), j);
-  }
+  for (std::size_t i = 0; i < apart.size(); ++i)
+    for (const int j : similar[i]) more.emplace_back(apart[i], j);
   return more;
 }
 
-PhotoPairs ViewGraph::Next(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified) const {
+PhotoPairs ViewGraph::Next(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified,
+                           ProgressSink& sink) const {
   if (vectors_.cols() == 0) return {};
   PhotoPairs more = ByPartners(static_cast<std::size_t>(vectors_.cols()), tried, verified);
-  const PhotoPairs across = AcrossParts(tried, verified);
+  const PhotoPairs across = AcrossParts(tried, verified, sink);
   more.insert(more.end(), across.begin(), across.end());
   return InOrder(std::move(more));
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "reconstruct/photos.h"
+#include "scene/program/progress.h"
 
 namespace lumi {
 
@@ -37,16 +38,17 @@ class ViewGraph {
             ProgressSink& sink);
   explicit ViewGraph(Eigen::MatrixXf vectors);  // scene/tracks/vlad.h
 
-  // Each photo with the `most` that look most like it.
-  PhotoPairs Similar(int most) const;
+  // Each photo with the `most` that look most like it. O(photos^2).
+  PhotoPairs Similar(int most, ProgressSink& sink = SilentProgress()) const;
 
   // What to try next: photos that have most of their partners in common; and, for parts of the graph that no pairs or
   // only pairs of few matches connect, the photos elsewhere that look most like theirs. None of `tried`; empty: nothing
   // is left. O(pairs * partners), and for each photo of such a part one product with all vectors.
-  PhotoPairs Next(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified) const;
+  PhotoPairs Next(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified,
+                  ProgressSink& sink = SilentProgress()) const;
 
  private:
-  PhotoPairs AcrossParts(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified) const;
+  PhotoPairs AcrossParts(const PhotoPairs& tried, const std::vector<VerifiedPair>& verified, ProgressSink& sink) const;
 
   Eigen::MatrixXf vectors_;
 };

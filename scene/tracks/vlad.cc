@@ -83,29 +83,36 @@ Eigen::MatrixXf DescribePhotos(std::size_t photos, const std::function<ByteDescr
   return vectors;
 }
 
-std::vector<std::vector<int>> MostSimilar(const Eigen::MatrixXf& photos, int most) {
+std::vector<std::vector<int>> MostSimilar(const Eigen::MatrixXf& photos, int most, const SimilarPhotos& choice) {
   const Eigen::Index n = photos.cols();
-  std::vector<std::vector<int>> similar(static_cast<std::size_t>(n));
+  std::vector<int> of = choice.of.value_or(std::vector<int>());
+  if (!choice.of) {
+    of.resize(static_cast<std::size_t>(n));
+    std::iota(of.begin(), of.end(), 0);
+  }
+  std::vector<std::vector<int>> similar(of.size());
   const Eigen::VectorXf lengths = photos.colwise().squaredNorm();
-  const auto blocks = (similar.size() + kPhotosAtOnce - 1) / kPhotosAtOnce;
+  const auto blocks = (of.size() + kPhotosAtOnce - 1) / kPhotosAtOnce;
   ParallelEach(blocks, 1, [&](std::size_t b) {
-    const auto first = static_cast<Eigen::Index>(b * kPhotosAtOnce),
-               count = std::min<Eigen::Index>(kPhotosAtOnce, n - first);
-    const Eigen::MatrixXf products = photos.transpose() * photos.middleCols(first, count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const auto self = static_cast<int>(first + i);
-      if (lengths[self] == 0) continue;
-      std::vector<int> others;
-      for (int j = 0; j < n; ++j)
-        if (j != self && lengths[j] > 0) others.push_back(j);
+    const std::size_t first = b * kPhotosAtOnce, count = std::min(kPhotosAtOnce, of.size() - first);
+    Eigen::MatrixXf these(photos.rows(), static_cast<Eigen::Index>(count));
+    for (std::size_t i = 0; i < count; ++i) these.col(static_cast<Eigen::Index>(i)) = photos.col(of[first + i]);
+    const Eigen::MatrixXf products = photos.transpose() * these;
+    std::vector<int> others;
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const int self = of[first + k];
+      others.clear();
+      for (int j = 0; lengths[self] > 0 && j < n; ++j)
+        if (j != self && lengths[j] > 0 && (!choice.may || choice.may(self, j))) others.push_back(j);
       const auto end = others.begin() + std::min<std::ptrdiff_t>(most, std::ssize(others));
       // Of equal ones the first.
       std::partial_sort(others.begin(), end, others.end(), [&](int x, int y) {
         return products(x, i) != products(y, i) ? products(x, i) > products(y, i) : x < y;
       });
-      others.erase(end, others.end());
-      similar[static_cast<std::size_t>(self)] = std::move(others);
+      similar[first + k].assign(others.begin(), end);
     }
+    if (choice.progress) choice.progress->Step(static_cast<long>(count));
   });
   return similar;
 }

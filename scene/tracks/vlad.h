@@ -9,8 +9,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "scene/program/progress.h"
 #include "scene/tracks/match_bytes.h"
 
 namespace lumi {
@@ -27,7 +29,13 @@ struct VladOptions {
 Eigen::MatrixXf DescribePhotos(std::size_t photos, const std::function<ByteDescriptors(std::size_t)>& descriptors,
                                const VladOptions& options);
 
-// For each photo so many others with the largest products, the largest first; none for and of a column of zeros.
-std::vector<std::vector<int>> MostSimilar(const Eigen::MatrixXf& photos, int most);
+struct SimilarPhotos {
+  std::optional<std::vector<int>> of;             // of these photos; nothing: of all
+  std::function<bool(int photo, int other)> may;  // which others count; empty: all. Called by several threads
+  Progress* progress = nullptr;                   // a step for each photo of `of`
+};
+// For each photo of `of` so many others with the largest products, the largest first; none for and of a column of
+// zeros.
+std::vector<std::vector<int>> MostSimilar(const Eigen::MatrixXf& photos, int most, const SimilarPhotos& choice = {});
 
 }  // namespace lumi
