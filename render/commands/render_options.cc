@@ -55,6 +55,8 @@ void RequirePublished(const RenderOptions& o) {
   if (o.budget_ms) refuse("--budget-ms");
   if (o.fidelity_db) refuse("--fidelity-db");
   if (MeasureFromName(o.show) || o.show == "tessellation") refuse("--show " + o.show);
+  // Published methods have their own word on resolution.
+  if (("," + o.effects + ",").find(",resolution,") != std::string::npos) refuse("--effects resolution");
   // Options that only this renderer's own weights read. A settings file names all of them, so default values are
   // accepted.
   const RadianceSettings usual;

@@ -254,6 +254,7 @@ TEST_F(RenderCommand, APublishedMethodRendersAViewAndRefusesWhatIsThisRenderersO
     r.decided.Add("k");
   });
   refused([](RenderOptions& r) { r.show = "weights"; });
+  refused([](RenderOptions& r) { r.effects = "fov,resolution"; });
   refused([](RenderOptions& r) { r.budget_ms = 30; });
   refused([](RenderOptions& r) {
     r.settings.method = Algorithm::kHeigl1999;
