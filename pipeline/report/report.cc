@@ -14,6 +14,7 @@
 #include "pipeline/sibling_summaries.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/version.h"
@@ -222,6 +223,7 @@ StageRecords ReadRecords(const fs::path& scene_folder) {
   std::error_code error;
   for (fs::directory_iterator it(scene_folder / "provenance", error), end; !error && it != end; it.increment(error)) {
     if (it->path().extension() != ".json") continue;
+    if (it->path().stem().string().starts_with(kMeasured)) continue;  // no stage's
     const auto record = JsonKeys::Parse(ReadText(it->path()));
     if (record && record->Has("options")) all[it->path().stem().string()] = record->As<StageRecord>();
   }

@@ -20,20 +20,22 @@ namespace {
 // As ffmpeg takes it whatever its name: "clip:1.mp4" is no protocol, "-x.mp4" no option.
 std::string ForFfmpeg(const fs::path& file) { return "file:" + fs::absolute(file).string(); }
 
-// Throws where the machine ended the program, which says nothing about the film.
+// Throws where the machine ended the program or its disk was full, which says nothing about the film. ffmpeg's own exit
+// codes are the low bytes of its errors, and up to version 5 a film whose end could not be written is none: what it
+// says counts.
 void RequireNotEnded(const std::string& program, const SubprocessResult& result, const fs::path& film) {
-  const int signal = result.exit_code - 128;
-  if (signal > 0 && signal < 65) {  // 255: it was asked to stop, and said so
-    const char* name = ::strsignal(signal);
-    throw MachineError(fmt::format("{} was ended by signal {} ({})", program, signal, name ? name : "unknown"),
+  if (result.signal != 0) {
+    const char* name = ::strsignal(result.signal);
+    throw MachineError(fmt::format("{} was ended by signal {} ({})", program, result.signal, name ? name : "unknown"),
                        "a second run goes on from here", film);
   }
   const auto says = [&](const char* text) {
     return std::ranges::any_of(result.tail,
                                [&](const std::string& line) { return line.find(text) != std::string::npos; });
   };
+  if (says("Too many packets buffered")) return;  // an error of the film, with the number of a full disk
   for (const int error : {ENOSPC, EDQUOT, EIO, EFBIG, ENOMEM})
-    if (result.exit_code != 0 && says(std::strerror(error)))
+    if (says(std::strerror(error)))
       throw MachineError(fmt::format("{} could not write it: {}", program, std::strerror(error)),
                          error == ENOMEM ? "close other programs" : "is the disk full?", film);
 }

@@ -5,8 +5,10 @@
 #include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/statfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
@@ -15,6 +17,7 @@
 #include <fstream>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -53,9 +56,20 @@ fs::path TemporaryFor(const fs::path& path) {
   return TemporaryBeside(path, std::to_string(counter++));
 }
 
-bool IsTemporary(const fs::path& path) {
+// The number of the process that a temporary's name tells; nothing: it is no temporary of ours.
+std::optional<pid_t> ProcessOf(const fs::path& path) {
   const std::string name = path.filename().string();
-  return name.starts_with('.') && name.find(kTemporaryMark) != std::string::npos;
+  const std::size_t mark = name.rfind(kTemporaryMark);
+  if (!name.starts_with('.') || mark == std::string::npos) return std::nullopt;
+  pid_t pid = 0;
+  const char *digits = name.data() + mark + kTemporaryMark.size(), *end = name.data() + name.size();
+  const auto [after, error] = std::from_chars(digits, end, pid);
+  return error == std::errc() && pid > 0 && after != end && *after == '-' ? std::optional(pid) : std::nullopt;
+}
+
+bool IsTemporary(const fs::path& path) {
+  std::error_code error;
+  return ProcessOf(path) && fs::is_regular_file(fs::symlink_status(path, error));
 }
 
 class FileDescriptor {
@@ -89,27 +103,32 @@ void WriteBytes(const fs::path& shown, const fs::path& path, const char* data, s
 // Whether the process whose number stands in a temporary's name may still run. If another process has that number by
 // now, the temporary is kept for a day.
 bool MayBeOfALivingProcess(const fs::path& temporary) {
-  const std::string name = temporary.filename().string();
-  const char* digits = name.data() + name.rfind(kTemporaryMark) + kTemporaryMark.size();
-  long pid = 0;
-  std::from_chars(digits, name.data() + name.size(), pid);
-  if (pid <= 0 || (::kill(static_cast<pid_t>(pid), 0) != 0 && errno == ESRCH)) return false;
+  const std::optional<pid_t> pid = ProcessOf(temporary);
+  if (!pid) return true;
+  if (::kill(*pid, 0) != 0 && errno == ESRCH) return false;
   std::error_code error;
   const auto written = fs::last_write_time(temporary, error);
   return error || fs::file_time_type::clock::now() - written < std::chrono::hours(24);
 }
 
-enum class WithoutLocks { kGoByNumber, kKeep };  // on a file system that knows no locks
-
-void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporaries,
-                 WithoutLocks without_locks = WithoutLocks::kGoByNumber) {
+void RemoveStale(const fs::path& folder, const std::vector<fs::path>& temporaries) {
   const FileDescriptor here(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (here.get() < 0) return;
-  if (::flock(here.get(), LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || without_locks == WithoutLocks::kKeep))
-    return;
+  if (here.get() < 0 || (::flock(here.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)) return;  // in use
   std::error_code ignored;
   for (const fs::path& temporary : temporaries)
     if (!MayBeOfALivingProcess(temporary)) fs::remove(temporary, ignored);
+}
+
+// Whether only this machine writes there. On a network's file system (NFS, SMB, FUSE ...) a lock on a folder may be
+// known to one machine only, and a process of another one looks dead here.
+bool IsOfThisMachine(const fs::path& folder) {
+  struct statfs status {};
+  if (::statfs(folder.empty() ? "." : folder.c_str(), &status) != 0) return false;
+  // linux/magic.h; ZFS and bcachefs, which are not in it.
+  constexpr std::uint64_t kLocal[] = {
+      0xEF53 /* ext4 */,        0x58465342 /* XFS */,  0x9123683E /* Btrfs */, 0x01021994 /* tmpfs */,
+      0x794C7630 /* overlay */, 0xF2F52010 /* F2FS */, 0x2FC12FC1 /* ZFS */,   0xCA451A4E /* bcachefs */};
+  return std::ranges::find(kLocal, static_cast<std::uint64_t>(status.f_type) & 0xFFFFFFFF) != std::end(kLocal);
 }
 
 // What killed runs left right in a folder: removed when this process first writes there, whatever it writes.
@@ -118,11 +137,13 @@ void RemoveStaleOnce(const fs::path& folder) {
   static std::set<fs::path> seen;
   std::error_code error;
   const std::lock_guard lock(mutex);
-  if (!seen.insert(fs::absolute(folder, error)).second || fs::exists(folder / kMadeInParts, error)) return;
+  if (!seen.insert(fs::absolute(folder, error)).second || fs::exists(folder / kMadeInParts, error) ||
+      !IsOfThisMachine(folder))
+    return;
   std::vector<fs::path> temporaries;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (IsTemporary(it->path())) temporaries.push_back(it->path());
-  if (!temporaries.empty()) RemoveStale(folder, temporaries, WithoutLocks::kKeep);
+  if (!temporaries.empty()) RemoveStale(folder, temporaries);
 }
 
 void Flush(const fs::path& path, int (*flush)(int)) {

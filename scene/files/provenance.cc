@@ -129,12 +129,13 @@ std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std
   return json && json->Into(p) ? std::optional(p) : std::nullopt;
 }
 
-void RecordMeasured(const fs::path& scene_folder, const std::string& what, const std::vector<fs::path>& written) {
+void RecordMeasured(const fs::path& scene, const std::string& what, const std::vector<fs::path>& written) {
+  const fs::path scene_folder = scene.empty() ? fs::path(".") : scene;
   std::error_code error;
   if (!fs::exists(scene_folder / "lumigraph.json", error)) return;
-  Provenance record{.stage = "measured-" + what, .version = kVersion};
+  Provenance record{.stage = kMeasured + what, .version = kVersion};
   for (const fs::path& file : written)
-    record.outputs[file.lexically_relative(scene_folder).string()] = Fingerprint(file);
+    record.outputs[file.lexically_normal().lexically_relative(scene.lexically_normal()).string()] = Fingerprint(file);
   WriteProvenance(scene_folder, record);
 }
 

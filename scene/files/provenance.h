@@ -45,6 +45,7 @@ void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance
 
 // A record of files that a measuring run left in a scene, right after they are written; no stage is decided by it.
 // Nothing where the folder is no scene of ours.
+inline constexpr const char* kMeasured = "measured-";  // before WHAT, as such a record's stage
 void RecordMeasured(const std::filesystem::path& scene_folder, const std::string& what,
                     const std::vector<std::filesystem::path>& written);
 

@@ -203,7 +203,8 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   if (failure) std::rethrow_exception(failure);
   splitter.Flush(emit);
   CheckInterrupted();
-  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  if (!WIFEXITED(status)) result.signal = WTERMSIG(status);
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + result.signal;
   result.tail.assign(tail.begin(), tail.end());
   result.seconds = watch.Seconds();
   if (result.exit_code == 127 && result.tail.empty() && result.out.empty())

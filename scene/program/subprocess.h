@@ -21,6 +21,7 @@ struct SubprocessOptions {
 
 struct SubprocessResult {
   int exit_code = 0;              // 128 + signal when it was killed by one
+  int signal = 0;                 // the one that killed it
   std::string out;                // stdout when separate_stdout
   std::vector<std::string> tail;  // the last 40 lines of what on_line saw
   double seconds = 0;

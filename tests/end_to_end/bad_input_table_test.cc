@@ -319,7 +319,7 @@ class Cases {
     });
     for (const auto& [name, line] :
          std::map<std::string, std::string>{{"a proxy's file with a face of a corner that it lacks", "f 1 2 9"},
-                                            {"a proxy's file with a corner that is no number", "v 0 nan 1\\nf 1 2 4"},
+                                            {"a proxy's file with a corner that is no number", "v 0 nan 1\nf 1 2 4"},
                                             {"a proxy's file without a face", ""}})
       AddRender(name, [line = line](const fs::path& f) {
         WriteTextAtomically(f / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + line + "\n");

@@ -124,7 +124,9 @@ TEST(PictureInfo, WhereAPhotoWasTakenWhateverHoldsIt) {
   for (std::size_t n = 0; n + 256 < whole.size(); n += 7) {
     Write(folder / "b.tif", whole.substr(0, n));
     try {
-      if (const auto gps = ReadImageInfo(folder / "b.tif").gps) EXPECT_NEAR(gps->latitude_deg, -48.51, 1e-5);
+      if (const auto gps = ReadImageInfo(folder / "b.tif").gps) {
+        EXPECT_NEAR(gps->latitude_deg, -48.51, 1e-5);
+      }
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ExitCode::kCorruptInput);
     }

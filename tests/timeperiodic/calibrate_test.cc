@@ -136,7 +136,8 @@ TEST(CalibratedVideo, HasCamerasTimesAndPeriod) {
     ChildProgram anew(command, {{"LUMI_PROGRESS_PIPE", "1"}});
     EXPECT_TRUE(anew.WaitForErrorText("@progress")) << part << " is not missed: " << anew.Wait().out;
     anew.Signal(SIGINT);
-    EXPECT_EQ(anew.Wait().exit_code, 130) << part;
+    anew.Wait();
+    fs::remove_all(out / part);
     fs::rename(folder / "away", out / part);
   }
 }

@@ -13,7 +13,7 @@ namespace lumi {
 
 // The ICC profile embedded in a file, as bytes; empty: it has none. HEIC and AVIF profiles are read here, because
 // OpenImageIO does not give them; such files may name their colours by numbers (nclx) instead, and for Display P3 a
-// profile is made from these. Likewise for the Adobe RGB of cameras, which EXIF alone tells.
+// profile is made from these. Likewise for the Adobe RGB of cameras' JPEGs, which EXIF alone tells.
 std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& format, const std::filesystem::path& path);
 
 // RGB or RGBA. Relative colorimetric. Pixels stay as they are under sRGB's own profile (two code values from it or
