@@ -11,7 +11,9 @@
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <set>
+#include <stdexcept>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
@@ -26,16 +28,36 @@ namespace {
 namespace fs = std::filesystem;
 
 // Every call on a file, and of the call stacks that allocate and that no earlier case had (there are thousands) so
-// many, or what the environment variable LUMI_STACKS says; or a few of each.
+// many, or what the environment variable LUMI_STACKS says; or a few of each. LUMI_STACKS=i/n: of all of them every nth
+// from the ith on, and no call on a file; n such runs, side by side or one after the other, are all stacks.
 constexpr std::size_t kMostStacks = 150;
+struct Part {
+  std::size_t i = 0, n = 1;
+};
+std::optional<Part> PartOfStacks() {
+  const std::string stacks = std::getenv("LUMI_STACKS") ? std::getenv("LUMI_STACKS") : "";
+  const auto slash = stacks.find('/');
+  if (slash == std::string::npos) return std::nullopt;
+  const Part part{std::stoul(stacks), std::stoul(stacks.substr(slash + 1))};
+  if (part.i >= part.n) throw std::invalid_argument("LUMI_STACKS=i/n: i is 0 ... n - 1");
+  return part;
+}
 std::size_t MostFaults(FaultKind kind) {
   if (FewFaults()) return kind == FaultKind::kWrite ? 3 : 1;
   if (kind != FaultKind::kMemory) return std::numeric_limits<std::size_t>::max();
   const char* stacks = std::getenv("LUMI_STACKS");
-  return stacks ? std::stoul(stacks) : kMostStacks;
+  return stacks && !PartOfStacks() ? std::stoul(stacks) : kMostStacks;
 }
 
 constexpr int kNobody = 1 << 30;  // beyond the kernel's largest number of a process
+
+std::vector<long> PointsOf(FaultKind kind, const std::vector<long>& points) {
+  const std::optional<Part> part = kind == FaultKind::kMemory ? PartOfStacks() : std::nullopt;
+  if (!part) return SomePoints(points, MostFaults(kind));
+  std::vector<long> some;
+  for (std::size_t i = part->i; i < points.size(); i += part->n) some.push_back(points[i]);
+  return some;
+}
 
 // What a program is run on, and what it may touch.
 struct FaultCase {
@@ -167,7 +189,7 @@ class FaultInjection : public testing::Test {
     EXPECT_FALSE(counted.points.empty());
     int failed = 0, harmless = 0;
     const std::vector<long> points = kind == FaultKind::kMemory ? NewStacks(c.argv[0], counted) : counted.points;
-    for (const long at : SomePoints(points, MostFaults(kind))) {
+    for (const long at : PointsOf(kind, points)) {
       Reset();
       std::map<std::string, std::string> inputs;
       for (const std::string& input : c.inputs) inputs[input] = Contents(Work() / input);
@@ -238,6 +260,7 @@ class FaultInjection : public testing::Test {
   }
 
   void SweepAll(const FaultCase& c) {
+    if (PartOfStacks()) return Sweep(c, FaultKind::kMemory);
     PlantTemporaries(c);
     for (const FaultKind kind : {FaultKind::kWrite, FaultKind::kRead, FaultKind::kMemory})
       if (!HasFailure() && !(c.is_slow && FewFaults() && kind != FaultKind::kWrite)) Sweep(c, kind);
