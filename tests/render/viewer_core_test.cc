@@ -203,20 +203,23 @@ TEST_F(Refining, APhotoThatIsMissingTakesNoPart) {
   EXPECT_EQ(picture->image.data, ByTheRenderer(wanted).data);
 }
 
+// The window's thread hands its wish over and does not wait for the tile that is being drawn: of the time until the
+// next picture is there it spends little. The least of ten: on a busy machine any one may have to wait for a core.
 TEST_F(Refining, WhatIsWantedNextTakesThePlaceOfWhatIsBeingDrawn) {
   Refiner refiner;
-  double handed_over_s = 1e300;
-  for (int i = 0; i < 10; ++i) {  // the least of them: on a busy machine any one may have to wait for a core
+  double share = 1;
+  for (int i = 0; i < 10; ++i) {
     refiner.Start(Slow());
     ASSERT_TRUE(Drawing(refiner));
     const auto start = std::chrono::steady_clock::now();
     refiner.Start(Wanted(64, 48));
-    handed_over_s = std::min(handed_over_s, SecondsSince(start));
+    const double handed_over_s = SecondsSince(start);
+    const auto picture = Finished(refiner);
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->image.width, 64);
+    share = std::min(share, handed_over_s / SecondsSince(start));
   }
-  const auto picture = Finished(refiner);
-  ASSERT_TRUE(picture);
-  EXPECT_EQ(picture->image.width, 64);
-  EXPECT_LT(handed_over_s, 0.005);  // the window's thread never waits for a tile: microseconds
+  EXPECT_LT(share, 0.3);
 }
 
 TEST_F(Refining, ACancelledPictureNeverComesAndTheCoresAreFreeAtTheNextTile) {
