@@ -208,7 +208,14 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
   }
   const auto write = [&](const std::string& name, OIIO::Filesystem::IOProxy* proxy) {
     if (proxy) out->set_ioproxy(proxy);
-    const bool done = out->open(name, spec) && out->write_image(type, picture.pixels) && out->close();
+    bool done = false;
+    try {
+      done = out->open(name, spec) && out->write_image(type, picture.pixels) && out->close();
+    } catch (...) {
+      // Out of memory. What was opened half (a JPEG) crashes where it is closed, so it is left as it is.
+      static_cast<void>(out.release());
+      throw;
+    }
     if (!done)
       throw MachineError(fmt::format("cannot write the picture: {}", OneLine(out->geterror())), "is the disk full?",
                          path);
