@@ -34,10 +34,11 @@ void RequireNotEnded(const std::string& program, const SubprocessResult& result,
                                [&](const std::string& line) { return line.find(text) != std::string::npos; });
   };
   if (says("Too many packets buffered")) return;  // an error of the film, with the number of a full disk
-  for (const int error : {ENOSPC, EDQUOT, EIO, EFBIG, ENOMEM})
+  // Not EIO nor ENOMEM: with these ffmpeg also names a film that is cut off or damaged.
+  for (const int error : {ENOSPC, EDQUOT, EFBIG})
     if (says(std::strerror(error)))
-      throw MachineError(fmt::format("{} could not write it: {}", program, std::strerror(error)),
-                         error == ENOMEM ? "close other programs" : "is the disk full?", film);
+      throw MachineError(fmt::format("{} could not write it: {}", program, std::strerror(error)), "is the disk full?",
+                         film);
 }
 
 // How long after the file's beginning its pictures begin: its sound may run before them. 0 where nobody says.

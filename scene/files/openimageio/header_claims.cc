@@ -1,6 +1,7 @@
 #include "scene/files/openimageio/header_claims.h"
 
 #include <array>
+#include <cstdint>
 #include <string_view>
 
 #include "scene/files/open_to_read.h"

@@ -2,7 +2,6 @@
 // open the file cannot be asked first.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 

@@ -62,7 +62,7 @@ std::unique_ptr<OIIO::ImageInput> OpenInput(const fs::path& path, const OIIO::Im
   return in && in->open(path.string(), spec, config) ? std::move(in) : nullptr;
 }
 
-// What a header claims.
+// Throws where a header claims what no photograph is, or more than its file can hold.
 void RequirePhotograph(const fs::path& path, int width, int height, int channels, int depth) {
   const std::int64_t pixels = static_cast<std::int64_t>(width) * height, values = pixels * channels;
   if (width <= 0 || height <= 0 || channels <= 0 || width > kMaxSide || height > kMaxSide || channels > kMaxChannels ||
