@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <fstream>
+#include <string_view>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
@@ -48,12 +50,39 @@ fs::path ProvenancePath(const fs::path& scene_folder, const std::string& stage) 
   return scene_folder / "provenance" / (stage + ".json");
 }
 
-// As a record holds names and values: JSON is UTF-8, names of files are any bytes.
-std::map<std::string, std::string> InUtf8(const std::map<std::string, std::string>& given) {
-  const auto utf8 = [](const std::string& text) { return IsUtf8(text) ? text : Printable(text); };
-  std::map<std::string, std::string> result;
-  for (const auto& [key, value] : given) result[utf8(key)] = utf8(value);
-  return result;
+// JSON is UTF-8, names of files are any bytes: what is no UTF-8 is written as this word and its bytes in \xHH.
+constexpr std::string_view kBytes = "bytes:";
+std::string Written(const std::string& text) {
+  if (IsUtf8(text) && !text.starts_with(kBytes)) return text;
+  std::string written(kBytes);
+  for (const char c : text)
+    written +=
+        c > 0x20 && c < 0x7F && c != '\\' ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  return written;
+}
+std::string AsGiven(const std::string& written) {
+  if (!written.starts_with(kBytes)) return written;
+  std::string text;
+  for (std::size_t i = kBytes.size(); i < written.size(); ++i) {
+    unsigned char byte = 0;
+    const char* const end = written.data() + std::min(written.size(), i + 4);
+    if (written.compare(i, 2, "\\x") != 0 ||
+        std::from_chars(written.data() + i + 2, end, byte, 16).ptr != written.data() + i + 4) {
+      text += written[i];
+      continue;
+    }
+    text += static_cast<char>(byte);
+    i += 3;
+  }
+  return text;
+}
+template <typename Convert>
+void ConvertAll(Provenance& p, Convert convert) {
+  for (auto* part : {&p.options, &p.inputs, &p.outputs}) {
+    std::map<std::string, std::string> converted;
+    for (const auto& [key, value] : *part) converted[convert(key)] = convert(value);
+    *part = std::move(converted);
+  }
 }
 
 // The first key whose value differs, in words; empty where the maps are equal.
@@ -114,8 +143,7 @@ void WriteProvenance(const fs::path& scene_folder, const Provenance& p) {
   if (!written.empty()) FlushToDisk(scene_folder, written);
   const fs::path record = ProvenancePath(scene_folder, p.stage);
   Provenance written_as = p;
-  written_as.options = InUtf8(p.options);
-  written_as.inputs = InUtf8(p.inputs);
+  ConvertAll(written_as, Written);
   WriteTextAtomically(record, JsonKeys(written_as).Text(2) + "\n");
   FlushToDisk(scene_folder, {record});
 }
@@ -126,7 +154,9 @@ std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std
   if (!fs::exists(path, error)) return std::nullopt;
   const auto json = JsonKeys::Parse(ReadText(path));
   Provenance p;
-  return json && json->Into(p) ? std::optional(p) : std::nullopt;
+  if (!json || !json->Into(p)) return std::nullopt;
+  ConvertAll(p, AsGiven);
+  return p;
 }
 
 void RecordMeasured(const fs::path& scene, const std::string& what, const std::vector<fs::path>& written) {
@@ -141,7 +171,7 @@ void RecordMeasured(const fs::path& scene, const std::string& what, const std::v
 
 bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::string* why) {
   const auto no = [&](const std::string& reason) {
-    if (why) *why = reason;
+    if (why) *why = Printable(reason);
     return false;
   };
   std::error_code error;
@@ -151,11 +181,9 @@ bool IsUpToDate(const fs::path& scene_folder, const Provenance& wanted, std::str
   const Provenance& before = *record;
   if (before.version != wanted.version)
     return no(fmt::format("version {} wrote it, this is {}", before.version, wanted.version));
-  if (const std::string difference = FirstDifference("option", before.options, InUtf8(wanted.options));
-      !difference.empty())
+  if (const std::string difference = FirstDifference("option", before.options, wanted.options); !difference.empty())
     return no(difference);
-  if (const std::string difference = FirstDifference("input", before.inputs, InUtf8(wanted.inputs));
-      !difference.empty())
+  if (const std::string difference = FirstDifference("input", before.inputs, wanted.inputs); !difference.empty())
     return no(difference);
   for (const auto& [name, fingerprint] : before.outputs)
     if (fingerprint == kChangedLater ? !fs::exists(scene_folder / name, error)

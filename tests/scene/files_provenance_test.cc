@@ -1,6 +1,7 @@
 #include "scene/files/provenance.h"
 
 #include "files_test_util.h"
+#include "scene/program/printable.h"
 
 namespace lumi::test {
 namespace {
@@ -83,6 +84,28 @@ TEST(Fingerprint, OfAFolderSeesNamesAndContentsButNoLocks) {
   EXPECT_EQ(Fingerprint(folder / "d"), before);
   fs::rename(folder / "d/sub/b", folder / "d/sub/c");
   EXPECT_NE(Fingerprint(folder / "d"), before);
+}
+
+TEST(Provenance, KeepsNamesAndValuesOfAnyBytes) {
+  const TempFolder folder;
+  const std::string latin = "caf\xe9 \\x41.txt";
+  Write(folder / latin, "1");
+  Provenance p = Example(folder);
+  for (const std::string& text : {latin, std::string("caf\\xe9"), std::string("bytes:a"), std::string("bytes:\xff")})
+    p.options[text] = p.inputs[text] = text;
+  p.outputs = {{latin, Fingerprint(folder / latin)}};
+  WriteProvenance(folder.path(), p);
+  EXPECT_TRUE(IsUtf8(ReadText(folder / "provenance" / (p.stage + ".json"))));
+  const auto read = ReadProvenance(folder.path(), p.stage);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->options, p.options);
+  EXPECT_EQ(read->inputs, p.inputs);
+  EXPECT_EQ(read->outputs, p.outputs);
+  EXPECT_TRUE(IsUpToDate(folder.path(), p));
+  Write(folder / latin, "2");
+  std::string why;
+  EXPECT_FALSE(IsUpToDate(folder.path(), p, &why));
+  EXPECT_EQ(why, "output caf\\xe9 \\x41.txt is not as it was written");
 }
 
 TEST(Provenance, WhatIsRecordedIsUpToDateUntilAnythingChanges) {
