@@ -6,6 +6,7 @@
 #include "scene/files/video_codecs.h"
 #include "scene/program/error.h"
 #include "scene/program/installation.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
@@ -13,7 +14,13 @@ namespace {
 void* OpenModule(const char* file, const char* symbol, const char* what) {
   // With the suite, wherever that was put; else where the system looks.
   const std::optional<std::filesystem::path> own = FindOfSuite(file);
-  void* module = ::dlopen(own ? own->c_str() : file, RTLD_LAZY | RTLD_LOCAL);
+  void* module = nullptr;
+  {
+    // Static objects of the libraries behind it start threads (log4cplus, behind OpenCV's codecs): an exception out of
+    // them waits for these threads, which wait for the loader.
+    const EndsWhereMemoryRunsOut no_way_back;
+    module = ::dlopen(own ? own->c_str() : file, RTLD_LAZY | RTLD_LOCAL);
+  }
   const char* why = module ? nullptr : ::dlerror();
   const std::string said = why ? why : "";
   void* found = module ? ::dlsym(module, symbol) : nullptr;

@@ -80,6 +80,14 @@ void OnTerminate() {
   std::abort();
 }
 
+// A crash after a failed allocation.
+void OnCrash(int) {
+  // Without the standard library: what it holds may be what crashed.
+  for (const auto& [stream, words] : {std::pair(STDERR_FILENO, &g_last_words), std::pair(STDOUT_FILENO, &g_last_json)})
+    if (::write(stream, words->data(), words->size()) < 0) break;
+  ::_exit(static_cast<int>(ExitCode::kMachine));
+}
+
 void PrepareLastWords(const std::string& name, bool json) {
   g_last_words = fmt::format("{}: {} ({})\n", name, kOutOfMemory, kUseLess);
   if (json) {
@@ -122,7 +130,7 @@ void Program::RunAndExit(int argc, char** argv, const std::function<Answer()>& b
 }
 
 int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
-  WatchAllocations();
+  WatchAllocations(OnCrash);
   InstallInterruptHandler();
   try {
     PrepareLastWords(name_, false);

@@ -1,5 +1,7 @@
 #include "scene/program/main_program.h"
 
+#include <signal.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -84,6 +86,24 @@ TEST(Program, AnAllocationThatFailedUnseenIsStillOutOfMemory) {
   EXPECT_FALSE(std::filesystem::exists(folder / "written"));
   EXPECT_EQ(write(true), 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "written"));
+}
+
+TEST(Program, ACrashAfterAnAllocationThatFailedIsOutOfMemoryToo) {
+  const auto end = [](bool fails, bool crashes) {
+    std::vector<char*> argv{const_cast<char*>("lumi-test")};
+    Program("lumi-test", "a test").Run(1, argv.data(), [&]() -> Answer {
+      if (fails) FailToAllocate();
+      const EndsWhereMemoryRunsOut no_way_back;
+      if (crashes) ::raise(SIGSEGV);
+      std::get_new_handler()();
+      return Answer(JsonKeys(), "");
+    });
+    std::_Exit(0);
+  };
+  const char* const said = "^lumi-test: out of memory [(]use smaller photos or fewer of them[)]\n$";
+  EXPECT_EXIT(end(true, true), testing::ExitedWithCode(4), said);
+  EXPECT_EXIT(end(false, false), testing::ExitedWithCode(4), said) << "where nothing can be unwound";
+  EXPECT_EXIT(end(false, true), testing::KilledBySignal(SIGSEGV), "") << "a crash of any other kind";
 }
 
 TEST(Program, AFailureIsOneLineThatNamesTheFileAndTheWayOut) {
