@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "scene/files/atomic_file.h"
@@ -120,10 +121,16 @@ class FaultInjection : public testing::Test {
   static fs::path Template() { return *folder_ / "template"; }
   static fs::path Work() { return *folder_ / "work"; }
 
-  // The folder as it is before the run.
-  static void Reset() {
+  // The folder as it is before the run: of the template, what the run is given.
+  static void Reset(const FaultCase& c) {
     fs::remove_all(Work());
-    fs::copy(Template(), Work(), fs::copy_options::recursive);
+    fs::create_directories(Work());
+    std::set<fs::path> given;
+    for (const std::string& a : c.argv)
+      if (a.starts_with("@/")) given.insert(*fs::path(a.substr(2)).begin());
+    for (const std::string& input : c.inputs) given.insert(*fs::path(input).begin());
+    for (const fs::path& name : given)
+      if (fs::exists(Template() / name)) fs::copy(Template() / name, Work() / name, fs::copy_options::recursive);
   }
   static std::vector<std::string> Arguments(const FaultCase& c) {
     std::vector<std::string> argv = c.argv;
@@ -152,15 +159,24 @@ class FaultInjection : public testing::Test {
       if (stacks_.insert(program + " " + counted.calls[i]).second) points.push_back(counted.points[i]);
     return points;
   }
+  // Those of `counted` that `served` lacks: of libraries while they are loaded, alike in all programs.
+  static std::vector<long> NewStacksOfLoading(const FaultRun& counted, const FaultRun& served) {
+    const std::set<std::string> known(served.calls.begin(), served.calls.end());
+    std::vector<long> points;
+    for (std::size_t i = 0; i < counted.points.size(); ++i)
+      if (!known.contains(counted.calls[i]) && stacks_.insert("loading " + counted.calls[i]).second)
+        points.push_back(counted.points[i]);
+    return points;
+  }
 
   // Beside each file that the program writes lies what a killed run left of it: the next run removes it.
   void PlantTemporaries(const FaultCase& c) {
     const std::vector<std::string> argv = Arguments(c);
-    Reset();
+    Reset(c);
     const auto before = Files(c);
     ASSERT_EQ(RunProgram(argv).exit_code, 0);
     const auto wanted = Files(c);
-    Reset();
+    Reset(c);
     std::vector<fs::path> planted;
     for (const auto& [name, hash] : wanted) {
       const fs::path file = Work() / name, folder = file.parent_path();
@@ -181,19 +197,40 @@ class FaultInjection : public testing::Test {
 
   void Sweep(const FaultCase& c, FaultKind kind) {
     const std::vector<std::string> argv = Arguments(c);
-    Reset();
+    Reset(c);
     const auto before = Files(c);
     const FaultRun counted = RunWithFault(argv, kind, 0, Work());
     ASSERT_EQ(counted.result.exit_code, 0) << counted.result.err;
     const auto wanted = Files(c);
     EXPECT_FALSE(counted.points.empty());
-    int failed = 0, harmless = 0;
-    const std::vector<long> points = kind == FaultKind::kMemory ? NewStacks(c.argv[0], counted) : counted.points;
-    for (const long at : PointsOf(kind, points)) {
-      Reset();
+    // States after which the next run was seen to do right.
+    std::set<std::map<std::string, std::string>> mended;
+    Reset(c);
+    const auto fresh = WholeState(Work());
+    auto state = fresh;
+    int failed = 0, harmless = 0, crashed = 0;
+    std::vector<long> points = counted.points, served;
+    std::unique_ptr<FaultServer> server;
+    if (kind == FaultKind::kMemory) {
+      server = std::make_unique<FaultServer>(argv, Work());
+      const FaultRun counted_there = server->Run(0);
+      ASSERT_EQ(counted_there.result.exit_code, 0) << counted_there.result.err;
+      EXPECT_EQ(FirstDifference(wanted, Files(c)), "");
+      points = NewStacksOfLoading(counted, counted_there);
+      served = NewStacks(c.argv[0], counted_there);
+      state.clear();
+    }
+    const std::size_t all = points.size() + served.size();
+    points = PointsOf(kind, points);
+    served = PointsOf(kind, served);
+    for (std::size_t i = 0; i < points.size() + served.size(); ++i) {
+      const bool is_served = i >= points.size();
+      const long at = is_served ? served[i - points.size()] : points[i];
+      if (state != fresh) Reset(c);
       std::map<std::string, std::string> inputs;
       for (const std::string& input : c.inputs) inputs[input] = Contents(Work() / input);
-      const FaultRun run = RunWithFault(argv, kind, at, Work());
+      const FaultRun run = is_served ? server->Run(at) : RunWithFault(argv, kind, at, Work());
+      state = WholeState(Work());
       SCOPED_TRACE("fault " + std::to_string(at) + ": " + run.failed + "\n" + run.result.err + run.stack);
       if (run.failed.empty()) continue;
       ++failed;
@@ -210,7 +247,12 @@ class FaultInjection : public testing::Test {
         continue;
       }
       ExpectOneLine(run.result, argv[0], kind);
+      if (!run.crash.empty()) ++crashed;
+      EXPECT_FALSE(CrashIsOurs(run.crash)) << run.crash;
       ExpectWhole(c, before, wanted, found);
+      if (!HasFailure() && mended.contains(state)) continue;
+      const auto left = state;
+      state.clear();  // by the next run
       const ProgramResult again = RunProgram(argv);
       EXPECT_EQ(again.exit_code, 0) << again.err;
       EXPECT_EQ(TemporariesIn(Work()), "");
@@ -218,13 +260,24 @@ class FaultInjection : public testing::Test {
       if (!c.counts_work.empty()) after[c.counts_work] = wanted.at(c.counts_work);
       EXPECT_EQ(FirstDifference(wanted, after), "");
       if (HasFailure()) break;  // the first is enough to begin with
+      mended.insert(left);
     }
     const char* const what = kind == FaultKind::kMemory ? "memory" : kind == FaultKind::kRead ? "reading" : "writing";
-    std::cout << c.argv[0] << " " << c.argv[1] << ", " << what << ": " << failed << " faults of " << points.size()
-              << " (" << counted.points.size() << " with those of other cases), " << harmless << " of them harmless"
-              << std::endl;
+    std::cout << c.argv[0] << " " << c.argv[1] << ", " << what << ": " << failed << " faults of " << all << " ("
+              << counted.points.size() << " with those of other cases), " << harmless << " of them harmless, "
+              << crashed << " ended by a crash of a library" << std::endl;
     injected_ += failed;
     harmless_ += harmless;
+  }
+
+  // Whether the first frame beyond the C library is of a program or library of this suite.
+  static bool CrashIsOurs(const std::string& stack) {
+    std::istringstream lines(stack);
+    for (std::string line; std::getline(lines, line);)
+      if (line.starts_with('/') && line.find("fault_injection") == std::string::npos &&
+          line.find("/libc.so") == std::string::npos)
+        return line.find("/bin/lumi-") != std::string::npos || line.find("liblumi_") != std::string::npos;
+    return false;
   }
 
   static void ExpectOneLine(const ProgramResult& result, const std::string& program, FaultKind kind) {
@@ -283,11 +336,11 @@ TEST_F(FaultInjection, TheRecordOfAStageComesAfterItsOutputsAreOnTheDisk) {
     const auto flush = std::find(calls.rbegin(), calls.rend(), call);
     return last != calls.rend() && flush != calls.rend() && last < flush;
   };
-  Reset();
-  const FaultRun few = RunWithFault(Arguments({{"lumi-proxy", "hull", "@/scene", "--silhouettes",
-                                                "@/capture/truth/silhouettes", "--cell-px", "16", "--name", "again"},
-                                               {}}),
-                                    FaultKind::kWrite, 0, Work());
+  const FaultCase hull{{"lumi-proxy", "hull", "@/scene", "--silhouettes", "@/capture/truth/silhouettes", "--cell-px",
+                        "16", "--name", "again"},
+                       {}};
+  Reset(hull);
+  const FaultRun few = RunWithFault(Arguments(hull), FaultKind::kWrite, 0, Work());
   for (const char* written : {"proxies/again.ply", "proxies/again.json", "proxies"})
     EXPECT_TRUE(flushed_before(few, Work() / "scene/provenance/proxy-again.json",
                                "fsync " + (Work() / "scene" / written).lexically_normal().string()))
@@ -301,7 +354,7 @@ TEST_F(FaultInjection, TheRecordOfAStageComesAfterItsOutputsAreOnTheDisk) {
 
 // What a scene holds, some stage's record names; but for what each run checks by itself and may make anew.
 TEST_F(FaultInjection, TheRecordsOfASceneNameAllItsFiles) {
-  Reset();
+  Reset({{}, {"workspace", "capture"}});
   const std::string scene = (Work() / "new").string();
   Make({"lumi-pipeline", (Work() / "workspace").string(), "-o", scene, "--proxy", "auto", "--proxy-minutes", "0.05",
         "--holdout", "2", "--width", "32", "--seconds", "0.1"});

@@ -16,6 +16,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -120,6 +121,55 @@ bool FailsOpening(const char* path, int flags) {
   const bool writes = (flags & O_ACCMODE) != O_RDONLY || (flags & O_CREAT) != 0;
   if (writes) return Fails(Kind::kWrite, "open", path);
   return (flags & O_DIRECTORY) == 0 && Fails(Kind::kRead, "open", path);
+}
+
+// A program that says something where it crashes crashes all the same: where is logged.
+sighandler_t g_after_crash = SIG_DFL;
+void LogCrash(int number) {
+  Log("crashed", number, "", "");
+  void* frames[24];
+  if (g_log >= 0) backtrace_symbols_fd(frames, backtrace(frames, 24), g_log);
+  g_after_crash(number);
+}
+
+// Loading its libraries takes a program longer than failing. Here, before its main part, it becomes the server of its
+// own runs: it loads what it would load later, and each line "AT LOG OUT ERR" on the pipe `asked` forks a run with that
+// fault, whose wait status goes to the pipe `told`. Returns in the forked process, or where no server is wanted.
+void ServeRuns() {
+  const char *folder = getenv("LUMI_FAULT_SERVER"), *load = getenv("LUMI_FAULT_LOAD");
+  if (!folder || !load) return;
+  char libraries[2 * PATH_MAX];
+  snprintf(libraries, sizeof libraries, "%s", load);
+  char* rest = nullptr;
+  for (char* name = strtok_r(libraries, ":", &rest); name; name = strtok_r(nullptr, ":", &rest))
+    if (!dlopen(name, RTLD_LAZY | RTLD_LOCAL)) _exit(127);
+  const auto opened = [&](const char* name, int flags) {
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags | O_CLOEXEC, 0600));
+  };
+  FILE* const asked = fdopen(opened("asked", O_RDONLY), "r");
+  const int told = opened("told", O_WRONLY);
+  if (!asked || told < 0) _exit(127);
+  char line[256];
+  while (fgets(line, sizeof line, asked)) {
+    char log[64], out[64], err[64];
+    long at = 0;
+    if (sscanf(line, "%ld %63s %63s %63s", &at, log, out, err) != 4) _exit(127);
+    const pid_t run = fork();
+    if (run == 0) {
+      g_at = at;
+      g_log = opened(log, O_WRONLY | O_CREAT | O_APPEND);
+      dup2(opened(out, O_WRONLY | O_CREAT | O_TRUNC), 1);
+      dup2(opened(err, O_WRONLY | O_CREAT | O_TRUNC), 2);
+      return;
+    }
+    int status = 0;
+    while (waitpid(run, &status, 0) < 0 && errno == EINTR) {
+    }
+    dprintf(told, "%d\n", status);
+  }
+  _exit(0);
 }
 
 // Of both kinds of shortage each has its turn.
@@ -259,7 +309,15 @@ void* mmap64(void* where, size_t size, int protection, int flags, int fd, off64_
 // made to fail.
 sighandler_t signal(int number, sighandler_t handler) noexcept {
   REAL(signal);
-  if (number == SIGPIPE && g_kind == Kind::kMemory) g_armed = true;
+  if (number == SIGSEGV || number == SIGABRT || number == SIGBUS || number == SIGFPE || number == SIGILL) {
+    if (g_kind != Kind::kMemory || handler == SIG_DFL) return real(number, handler);
+    g_after_crash = handler;
+    return real(number, LogCrash);
+  }
+  if (number == SIGPIPE && g_kind == Kind::kMemory && !g_armed) {
+    ServeRuns();
+    g_armed = true;
+  }
   return real(number, handler);
 }
 
