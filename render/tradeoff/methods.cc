@@ -32,6 +32,7 @@ namespace {
 constexpr const char* kMethodsMarker = "methods.json";
 constexpr std::string_view kCandidates25 = "ulr-candidates", kOptimum = "ulr-optimum";
 constexpr int kChoosingWidth = 400, kChoosingViews = 4;
+constexpr double kAloneMs = 1000;  // a frame that takes longer is drawn once
 
 // The settings that a method is chosen from: as many for this renderer as for the published ones, at most 12.
 std::vector<RadianceSettings> Choices(std::string_view name, const RadianceSettings& base) {
@@ -174,11 +175,9 @@ class MethodBench {
     return row;
   }
 
-  // Properties of the method with its published settings. `of`: the measured row of this method, `ours`: of this
-  // renderer; ms: time of the method's fastest variant.
-  MethodProperties Properties(const MethodRow& of, const MethodRow& ours, double ms) {
-    MethodProperties row{of.method, {}};
-    if (!of.refused.empty()) return row;
+  // Properties of the method with its published settings; of this renderer with its own defaults.
+  MethodProperties Properties(const std::string& name) {
+    MethodProperties row{name, {}};
     if (!rays_) {
       rays_ = std::make_unique<RayBench>(bench_.scene(), bench_.mesh(proxy_));
       // If the proxy is a plane, comparing it with a plane says nothing.
@@ -187,11 +186,14 @@ class MethodBench {
     }
     RadianceSettings s = WithMethod(bench_.settings(), Method::kPixel);
     for (const Algorithm a : Algorithms())
-      if (Name(a) == of.method) s.method = a;
+      if (Name(a) == name) s.method = a;
     if (s.k == 0) s.k = 4;
+    s.method_count = s.method_parameter = -1;
+    const Frames drawn = Draw(s);
+    if (!ours_) ours_ = DrawOurs();
+    const double ms = s.method == Algorithm::kUlr ? ours_->ms : drawn.ms;
     // Resolution is switched on to show that the method can use it, even if the scene does not need it.
     if (s.method == Algorithm::kUlr && s.resolution == Resolution::kOff) s.resolution = Resolution::kJacobian;
-    s.method_count = s.method_parameter = -1;
     RayFigures rays;
     try {
       rays = MeasureRays(*rays_, s);
@@ -209,7 +211,7 @@ class MethodBench {
       }
     }
     row.figures = {rays.photos_used,
-                   of.Mean(&ViewScore::coverage) / ours.Mean(&ViewScore::coverage),
+                   drawn.coverage / ours_->coverage,
                    ms,
                    correspondence,
                    rays.direction_error,
@@ -275,10 +277,30 @@ class MethodBench {
     return over;
   }
 
+  // The reported views, drawn with these settings.
+  struct Frames {
+    double ms = 0, coverage = 0;
+  };
+  Frames Draw(const RadianceSettings& s) {
+    Frames mean;
+    for (const Judged& j : reporting_) {
+      const TimedFrame frame = TimeFrame(*j.renderer, bench_.Request(j.view, s), o_.repeats, kAloneMs);
+      mean.ms += frame.ms / static_cast<double>(reporting_.size());
+      mean.coverage += Coverage(frame.image) / static_cast<double>(reporting_.size());
+    }
+    return mean;
+  }
+  // This renderer's time is that of its faster way: a weight a pixel, or candidates on sparse samples.
+  Frames DrawOurs() {
+    Frames pixel = Draw(WithMethod(bench_.settings(), Method::kPixel));
+    pixel.ms = std::min(pixel.ms, Draw(WithMethod(bench_.settings(), Method::kCandidates)).ms);
+    return pixel;
+  }
+
   // repeats: timed frames; 0: the picture is drawn once.
   ViewScore Judge(const Judged& j, const RenderRequest& request, int repeats) {
     ViewScore score{j.view.name, 0, 0, 0, 0, std::nullopt};
-    const TimedFrame frame = TimeFrame(*j.renderer, request, repeats);
+    const TimedFrame frame = TimeFrame(*j.renderer, request, repeats, kAloneMs);
     const Image8 picture = ToRgb8(frame.image);
     const ImageDifference d = Compare(picture, j.view.photo);
     score.psnr_db = d.psnr_db;
@@ -297,6 +319,7 @@ class MethodBench {
   std::map<std::string, Over> over_;
   std::vector<Judged> choosing_, reporting_;
   std::unique_ptr<RayBench> rays_;   // made when first wanted
+  std::optional<Frames> ours_;       // the same
   std::unique_ptr<Renderer> plane_;  // over a plane through the scene; none if the proxy is a plane
 };
 
@@ -383,16 +406,10 @@ Answer RunMethods(const MethodsOptions& o, ProgressSink& sink) {
   SceneFigures figures{o.scene.filename().string(), {}};
   if (o.properties) {
     // In a table of ticks this renderer is one row.
-    const auto ours = std::ranges::find(rows, std::string(Name(Algorithm::kUlr)), &MethodRow::method);
     Progress measuring(sink, "measuring properties", static_cast<long>(rows.size()));
     for (const MethodRow& r : rows) {
-      if (ours != rows.end() && (!r.method.starts_with("ulr") || &r == &*ours) && &r != &rows.front()) {
-        double ms = r.Ms();
-        if (const auto sparse = std::ranges::find(rows, kCandidates25, &MethodRow::method);
-            &r == &*ours && sparse != rows.end())
-          ms = std::min(ms, sparse->Ms());
-        figures.properties.push_back(bench.Properties(r, *ours, ms));
-      }
+      if (&r != &rows.front() && r.method != kCandidates25 && r.method != kOptimum)
+        figures.properties.push_back(r.refused.empty() ? bench.Properties(r.method) : MethodProperties{r.method, {}});
       measuring.Step();
     }
     keys.Say("properties", figures.properties);

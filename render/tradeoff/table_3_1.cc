@@ -124,13 +124,15 @@ std::string TableText(const std::vector<SceneFigures>& scenes) {
     std::string differs;
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const bool thesis = !row.ticks.empty() && row.ticks[i] == '+';
+      // The thesis's own tick stands in brackets.
+      const std::string_view theirs = row.ticks.empty() ? "" : thesis ? " (yes)" : " (no)";
       const auto [value, where] = Worst(scenes, row.method, i);
       if (row.method.empty() || !value) {
-        text += row.ticks.empty() ? " |" : fmt::format(" {} |", thesis ? "(yes)" : "");
+        text += fmt::format("{} |", theirs);
         continue;
       }
       const bool tick = Holds(columns[i], *value);
-      text += fmt::format(" {}{} |", tick ? "**yes** " : "", Cell(value, i == 2));
+      text += fmt::format(" {} {}{} |", tick ? "**yes**" : "no", Cell(value, i == 2), theirs);
       if (!row.ticks.empty() && tick != thesis)
         differs += fmt::format("{}{} ({})", differs.empty() ? "" : ", ", columns[i].title, where);
     }
