@@ -37,6 +37,12 @@ captured() {
   # Callers ask with `if` or `||`, where a failure would count as "there is none".
   "$bin/bench_figures" --work "$work" ${data:+--data "$data"} --only "$1" --quiet >/dev/null || die "$1 could not be made" 1
 }
+# knights_scene: whether $work has it: a rectified camera grid, places from the files' names, a focal length that nothing tells; over a plane.
+knights_scene() {
+  [ -n "$data" ] && [ -d "$data/knights" ] || return 1
+  [ -f "$work/knights/lumigraph.json" ] || "$bin/lumi-reconstruct" "$data/knights/images" -o "$work/knights" --rig grid --quiet >/dev/null || die "knights could not be made" 1
+  [ -f "$work/knights/proxies/plane.ply" ] || "$bin/lumi-proxy" auto "$work/knights" --proxy-minutes 0 --quiet >/dev/null || die "knights could not be made" 1
+}
 # peak_mb FILE COMMAND...: runs it, and leaves its largest resident size in FILE, in megabytes; "-" without Debian's package `time`.
 peak_mb() {
   local file=$1

@@ -32,10 +32,7 @@ block 'Fig. 6-3: angles by vanishing points against true ones' "$bin/vanishing_p
 if captured fox; then
   for proxy in plane delaunay; do "$bin/sparse_blend_bench" psnr --scene "$work/fox" --proxy "$proxy" --title "fox, $proxy"; done
 fi
-if [ -d "${data:-/nowhere}/knights" ]; then
-  # A rectified camera grid: places from the files' names, a focal length that nothing tells.
-  [ -f "$work/knights/lumigraph.json" ] || "$bin/lumi-reconstruct" "$data/knights/images" -o "$work/knights" --rig grid --quiet >/dev/null
-  [ -f "$work/knights/proxies/plane.ply" ] || "$bin/lumi-proxy" auto "$work/knights" --proxy-minutes 0 --quiet >/dev/null
+if knights_scene; then
   "$bin/sparse_blend_bench" psnr --scene "$work/knights" --proxy plane --title 'knights, plane'
   block 'Held out: knights' "$bin/lumi-render" "$work/knights" --holdout 8
 fi

@@ -84,9 +84,7 @@ shaky_walks() {
   done
 }
 stabilisation() {
-  printf '\n## Stabilisation of simulated walks\n\n```\n'
   "$bin/stabilize_bench"
-  printf '```\n'
   shaky_walks
   printf '\n## Stabilised videos beside vid.stab'"'"'s\n\n'
   printf '| clip | video | cropping | distortion | stability | jitter px | kept area | seconds | CPU seconds |\n|---|---|---|---|---|---|---|---|---|\n'

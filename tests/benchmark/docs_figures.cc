@@ -138,6 +138,18 @@ class Filler {
     throw InputError(name_, fmt::format("line {}: {}", line, why));
   }
 
+  // A row for each part, and their sum.
+  std::vector<std::string_view> All() {
+    all_ = {"| part | command | version | minutes |", "|---|---|---|---|"};
+    double seconds = 0;
+    for (const auto& [name, part] : figures_) {
+      all_.push_back(fmt::format("| {} | `{}` | {} | {:.1f} |", name, part.command, part.version, part.seconds / 60));
+      seconds += part.seconds;
+    }
+    all_.push_back(fmt::format("| all | | | {:.0f} |", seconds / 60));
+    return {all_.begin(), all_.end()};
+  }
+
   // "PART: HEADING" -> the lines below it.
   std::vector<std::string_view> Find(std::size_t mark, std::string_view what) const {
     const std::size_t colon = what.find(':');
@@ -154,7 +166,9 @@ class Filler {
     return fmt::format("{}", fmt::join(lines, "\n"));
   }
 
-  std::string Block(std::size_t mark, std::string_view what) const { return Joined(Find(mark, what)); }
+  std::string Block(std::size_t mark, std::string_view what) {
+    return Joined(Trimmed(what) == "all" ? All() : Find(mark, what));
+  }
 
   std::string Number(std::size_t mark, std::string_view what) const {
     const std::size_t tilde = what.find(" ~ ");
@@ -183,6 +197,7 @@ class Filler {
   std::string_view text_;
   const std::string& name_;
   const PrintedFigures& figures_;
+  std::vector<std::string> all_;
 };
 
 }  // namespace
@@ -193,7 +208,8 @@ PrintedFigures ReadPrintedFigures(const std::filesystem::path& file) {
   try {
     const nlohmann::json json = nlohmann::json::parse(OpenToRead(file));
     for (const auto& [name, part] : json.at("parts").items())
-      figures[name] = {part.at("command"), part.at("machine"), part.at("seconds"), part.at("printed")};
+      figures[name] = {part.at("command"), part.at("machine"), part.value("version", ""), part.at("seconds"),
+                       part.at("printed")};
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, e.what(), "take the file of the repository again");
   }
@@ -211,8 +227,11 @@ std::vector<std::string> WithoutRoot(std::vector<std::string> lines, const std::
 std::string ToJson(const PrintedFigures& figures) {
   nlohmann::ordered_json parts = nlohmann::ordered_json::object();
   for (const auto& [name, part] : figures)
-    parts[name] = {
-        {"command", part.command}, {"machine", part.machine}, {"seconds", part.seconds}, {"printed", part.lines}};
+    parts[name] = {{"command", part.command},
+                   {"machine", part.machine},
+                   {"version", part.version},
+                   {"seconds", part.seconds},
+                   {"printed", part.lines}};
   return nlohmann::ordered_json{
              {"about", "what ./bench.sh printed last, part by part; ./bench.sh --update-docs writes it"},
              {"parts", parts}}

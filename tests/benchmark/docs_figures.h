@@ -7,6 +7,8 @@
 //     <!-- end -->
 // A number within a sentence, by the first cells of its row and the name of its column, with N decimals where asked:
 //     <!-- figure PART: HEADING | ROW | COLUMN | N --> ... <!-- end -->        ROW: "desk", or "desk / dense"
+// All parts, who printed them and in how many seconds, and their sum:
+//     <!-- figures all -->
 // and where something else than a table was printed, the first group of a regular expression:
 //     <!-- figure PART: HEADING ~ ([0-9.]+) ms a frame --> ... <!-- end -->
 #pragma once
@@ -22,6 +24,7 @@ namespace lumi {
 struct PrintedPart {
   std::string command;  // which prints it
   std::string machine;  // compilers, libraries, cores
+  std::string version;  // of the suite; empty: not recorded
   double seconds = 0;   // that it took
   std::vector<std::string> lines;
 };

@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
   record.Add("PART", part, "Its name");
   record.Add("--command", printed.command, "That prints it");
   record.Add("--machine", printed.machine, "Compilers, libraries, cores");
+  record.Add("--of", printed.version, "The suite's version");
   record.Add("--seconds", printed.seconds, "That it took").Range(0.0, 1e9);
   program.Command("update", "Fills README.md and docs/*.md in, and lists the pages that changed", [&] {
     return lumi::Answer(lumi::Update(root, lumi::ReadPrintedFigures(root / lumi::kFiguresFile)));

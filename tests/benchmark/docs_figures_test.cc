@@ -18,6 +18,7 @@ PrintedFigures Example() {
   PrintedFigures figures;
   figures["render"] = {"./bench.sh --only render",
                        "GCC",
+                       "1.2 (abc)",
                        12,
                        {"## Held out", "", "| capture | proxy | PSNR dB |", "|---|---|---|", "| desk | mesh | 26.684 |",
                         "| | dense | 27.1 |", "| fox | mesh | 24.0 +- 0.2 |", "", "## Fly-through", "", "```",
@@ -59,6 +60,12 @@ TEST(DocsFigures, AnEmptyFirstCellIsTheOneAbove) {
 TEST(DocsFigures, ARegularExpressionFindsWhatIsInNoTable) {
   EXPECT_EQ(Filled("<!-- figure render: Fly-through ~ ([0-9.]+) ms --><!-- end -->"),
             "<!-- figure render: Fly-through ~ ([0-9.]+) ms -->12.5<!-- end -->");
+}
+
+TEST(DocsFigures, AllPartsAreListedWithTheirSum) {
+  EXPECT_EQ(Filled("<!-- figures all -->\n<!-- end -->"),
+            "<!-- figures all -->\n| part | command | version | minutes |\n|---|---|---|---|\n"
+            "| render | `./bench.sh --only render` | 1.2 (abc) | 0.2 |\n| all | | | 0 |\n<!-- end -->");
 }
 
 TEST(DocsFigures, FillingInTwiceChangesNothing) {
@@ -130,12 +137,12 @@ std::string TextIn(const std::string& section) {
 // A figure in decibels or milliseconds was measured: its section names what prints it.
 TEST(DocsFigures, WhatWasMeasuredNamesItsOrigin) {
   static const std::regex figure("(^|[^.\\w])[0-9]+(\\.[0-9]+)? (dB|ms)($|[^\\w])"),
-      table("\\|[^\n]*\\b(dB|ms|seconds|MB)\\b[^\n]*\\|\n\\|[-|]+\\|"),
-      // A part of bench.sh, a script, a bench program, a test, or one of our programs with its arguments.
+      table("\\|[^\n]*(\\b(dB|ms|seconds|MB|PSNR|px|ratio)\\b|%)[^\n]*\\|\n\\|[-|]+\\|"),
+      // A part of bench.sh, a script, a bench program, a test, one of our programs with its arguments, or a paper.
       origin(
           "bench\\.sh "
           "--only|scripts/[a-z-]+\\.sh|[a-z]_bench|tests/[a-z_/]+|`[A-Z][A-Za-z]+\\.[A-Z][A-Za-z]*|`lumi-[a-z]+ [^`]|"
-          "<!-- figure|(^|\n)    lumi-");
+          "<!-- figure|(^|\n)    lumi-|[A-Z][a-z]+ et al\\. [0-9]{4}");
   // Settings of the viewer, and budgets.
   const std::set<std::string> no_measurement{"viewer.md: ## Mouse and keys", "tradeoff.md: ## tradeoff"};
   int measured = 0;
