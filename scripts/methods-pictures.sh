@@ -5,7 +5,7 @@
 #   scripts/methods-pictures.sh SCENE OUT     e.g. lumi-simulate --example desk --views 60 --width 320 -o SCENE
 #     --proxy NAME  --view NAME  of a photo, which the view is rendered without; default: the middle one
 #     --bin DIR     programs that are built already; default: build/release/bin
-# OUT/methods.jpg, OUT/methods-false-color.jpg, OUT/methods-own-camera.jpg: 4 x 4 pictures, this renderer first, the others by year.
+# OUT/methods.jpg, OUT/methods-false-color.jpg, OUT/methods-own-camera.jpg: rows of five, this renderer first, the others by year.
 set -euo pipefail
 start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -40,7 +40,7 @@ mosaic() {
   shift
   for method in "${methods[@]}"; do
     rm -rf "$work/one"
-    if "$bin/lumi-render" "$scene" "${over[@]}" --view "$view" --width 320 --method "$method" "$@" -o "$work/one" --quiet >/dev/null 2>&1; then
+    if "$bin/lumi-render" "$scene" "${over[@]}" --view "$view" --width 240 --method "$method" "$@" -o "$work/one" --quiet >/dev/null 2>&1; then
       tiles+=("$work/$name-$method.png")
       find "$work/one" -name '*.png' | head -n 1 | while read -r file; do mv "$file" "$work/$name-$method.png"; done
     else
@@ -50,7 +50,7 @@ mosaic() {
       tiles+=("$work/$name-$method.png")
     fi
   done
-  oiiotool --nosoftwareattrib "${tiles[@]}" --mosaic:pad=4 4x4 --ch R,G,B --attrib:type=int CompressionQuality 88 -o "$out/$name.jpg"
+  oiiotool --nosoftwareattrib "${tiles[@]}" --mosaic:pad=4 5x3 --ch R,G,B --attrib:type=int CompressionQuality 88 -o "$out/$name.jpg"
 }
 mosaic methods --leave-out
 mosaic methods-false-color --leave-out --show false-color

@@ -12,6 +12,7 @@
 
 namespace lumi {
 
+// Names and values may be of any bytes: what is no UTF-8 is written as "bytes:" and its bytes.
 struct Provenance {
   std::string stage;                           // "reconstruct", "proxy-auto", ...
   std::string version;                         // of this suite

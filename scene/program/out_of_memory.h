@@ -11,6 +11,7 @@ void WatchAllocations(void (*crashed)(int signal));
 bool MemoryRanOut();
 // Throws std::bad_alloc where memory ran out. Called before a file is put in its place.
 void ThrowIfMemoryRanOut();
+
 // While one lives, memory that runs out ends the program on the spot, by std::terminate (main_program.cc says why it
 // ended): for what cannot be unwound. Nothing where WatchAllocations was not called.
 class EndsWhereMemoryRunsOut {

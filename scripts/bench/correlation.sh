@@ -6,20 +6,18 @@
 geometry=scripts/thesis-figures
 for example in desk plaza hallway; do simulated "$example-60" "$example" --views 60 --width 320; done
 simulated car car
+{
+  "$bin/lumi-proxy" plane "$work/desk-60" --quiet
+  "$bin/lumi-proxy" import "$geometry/hallway.obj" "$work/hallway-60" --name tube --quiet
+  "$bin/lumi-proxy" import "$geometry/plaza.obj" "$work/plaza-60" --name planes --quiet
+  "$bin/lumi-proxy" hull "$work/car" --silhouettes "$work/car/truth/silhouettes" --quiet
+} >/dev/null
 rows=("desk-60 truth/mesh.ply" "desk-60 plane" "hallway-60 tube" "plaza-60 planes" "car hull")
-for capture in desk-60 hallway-60 plaza-60 car; do
-  case $capture in
-    desk-60) "$bin/lumi-proxy" plane "$work/$capture" --quiet >/dev/null ;;
-    hallway-60) "$bin/lumi-proxy" import "$geometry/hallway.obj" "$work/$capture" --name tube --quiet >/dev/null ;;
-    plaza-60) "$bin/lumi-proxy" import "$geometry/plaza.obj" "$work/$capture" --name planes --quiet >/dev/null ;;
-    car) "$bin/lumi-proxy" hull "$work/$capture" --silhouettes "$work/$capture/truth/silhouettes" --quiet >/dev/null ;;
-  esac
-done
 # Real ones over the proxy that was chosen for them.
 for capture in fox fountain sceaux; do if captured "$capture"; then rows+=("$capture "); fi; done
 if knights_scene; then rows+=("knights "); fi
 
-# judged SCENE PROXY OPTIONS...: PSNR over seen pixels, and milliseconds a frame.
+# judged SCENE PROXY OPTIONS...: sets db, PSNR over seen pixels; ms, milliseconds a frame; and label, the proxy's name.
 judged() {
   local scene=$1 over=() json
   case $2 in
@@ -29,7 +27,8 @@ judged() {
   esac
   shift 2
   json=$("$bin/lumi-render" "$scene" ${over[@]+"${over[@]}"} --holdout 8 --width 160 "$@" --json --quiet)
-  db=$(json_figure "$json" psnr_seen_mean_db) ms=$(json_figure "$json" ms_per_frame 0) proxy=$(json_text "$json" proxy)
+  db=$(json_figure "$json" psnr_seen_mean_db) ms=$(json_figure "$json" ms_per_frame 0) label=$(json_text "$json" proxy)
+  case $label in */truth/mesh.ply) label='true mesh' ;; esac
 }
 optimum=(--similarity full) measured=(--similarity full --correlation measured --cutoff-deg 40)
 heading 'Correlation as the data have it, held out'
@@ -47,7 +46,7 @@ for row in "${rows[@]}"; do
     figures+=" $db |"
     [ "$way" = 8 ] || times+=" $ms |"
   done
-  printf '| %s | %s |%s%s\n' "$capture" "$([ "$over" = truth/mesh.ply ] && echo 'true mesh' || echo "$proxy")" "$figures" "$times"
+  printf '| %s | %s |%s%s\n' "$capture" "$label" "$figures" "$times"
 done
 
 heading 'Ways of the optimum, held out'
@@ -60,5 +59,5 @@ for row in "${rows[@]}"; do
     judged "$work/$capture" "$over" "${optimum[@]}" $way
     figures+=" $db |"
   done
-  printf '| %s | %s |%s\n' "$capture" "$([ "$over" = truth/mesh.ply ] && echo 'true mesh' || echo "$proxy")" "$figures"
+  printf '| %s | %s |%s\n' "$capture" "$label" "$figures"
 done

@@ -16,19 +16,16 @@ for scale in 0.8 1.05 1.2 1.3; do
 done
 # The mesh and a proxy of each view on photos that the mesh does not know: of few photos each in turn, else 0, 8 ...
 mesh_and_views() {
-  local scene=$1 fold=$2 proxy row over seen coverage json
+  local scene=$1 fold=$2 known=judged proxy over='' seen='' coverage='' json
+  [ "$fold" = each ] || known=judged-without-$fold
   # A proxy of the plain name must be there, and is not used.
   "$bin/lumi-proxy" delaunay "$scene" --name judged --quiet >/dev/null
   "$bin/lumi-proxy" delaunay "$scene" --name judged --leave-out "$fold" --quiet >/dev/null
-  over='' seen='' coverage=''
-  for proxy in judged per-view; do
-    [ "$proxy" = per-view ] || [ "$fold" = each ] || proxy=judged-without-$fold
-    json=$("$bin/lumi-render" "$scene" --proxy "$proxy" --seen-proxy "$([ "$fold" = each ] && echo judged || echo "judged-without-$fold")" \
-      --holdout "$fold" --width 640 --json --quiet)
+  for proxy in "$known" per-view; do
+    json=$("$bin/lumi-render" "$scene" --proxy "$proxy" --seen-proxy "$known" --holdout "$fold" --width 640 --json --quiet)
     over+=" $(json_figure "$json" psnr_mean_db) |" seen+=" $(json_figure "$json" psnr_seen_mean_db) |" coverage+=" $(json_figure "$json" coverage 3) |"
   done
-  row="| ${scene##*/} | $fold |$over$seen$coverage $(json_figure "$json" nearest_photo_psnr_mean_db) |"
-  printf '%s\n' "$row"
+  printf '| %s | %s |%s%s%s %s |\n' "${scene##*/}" "$fold" "$over" "$seen" "$coverage" "$(json_figure "$json" nearest_photo_psnr_mean_db)"
 }
 simulated hallway-40 hallway --views 40 --width 480
 scenes=() few=()

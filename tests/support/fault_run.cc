@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -83,6 +84,8 @@ FaultServer::FaultServer(const std::vector<std::string>& argv, const fs::path& b
 }
 
 FaultServer::~FaultServer() {
+  program_->Signal(SIGKILL);
+  ::kill(-program_->pid(), SIGKILL);  // and a run that has not ended
   ::close(asked_);
   ::close(told_);
 }

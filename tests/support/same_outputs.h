@@ -11,8 +11,8 @@ namespace lumi {
 // that hold times). Not among them: hidden files, reports in HTML, records of time, LOCK, and COLMAP's working folder.
 std::map<std::string, std::string> ComparableFiles(const std::filesystem::path& folder);
 
-// All that is below a folder, empty folders too, compared as above: the same state means that the next run does the same.
-// Which process left a temporary or a LOCK is left out.
+// All that is below a folder, empty folders too, compared as above: where the state is the same, the next run does the
+// same. Which process left a temporary or a LOCK is left out.
 std::map<std::string, std::string> WholeState(const std::filesystem::path& folder);
 
 // The first difference in words; empty where there is none.
