@@ -80,3 +80,8 @@ build() {
     cmake --build "build/$preset" -j "$(build_jobs)" --target "$@" >"$log" 2>&1 || { grep -v '^\[[0-9]*/[0-9]*\] \(Building\|Linking\)' "$log" | tail -n 60 >&2; die "the build failed ($log)" 5; }
   fi
 }
+
+# jpeg_for_docs PICTURE QSCALE JPEG: a picture for docs/ that tells nothing of the machine that made it (OpenImageIO writes Exif).
+jpeg_for_docs() {
+  ffmpeg -v error -nostdin -y -bitexact -i "$1" -pix_fmt yuvj420p -q:v "$2" -bitexact -update 1 "$3"
+}

@@ -35,14 +35,15 @@ framed() {
   local name=$1 height=$2 quality picture parts=()
   shift 2
   for picture; do
-    oiiotool --nosoftwareattrib "$picture" --ch R,G,B --resize "0x$height" -o "$work/part-${#parts[@]}.png"
+    oiiotool "$picture" --ch R,G,B --resize "0x$height" -o "$work/part-${#parts[@]}.png"
     parts+=("$work/part-${#parts[@]}.png")
   done
-  for quality in 90 82 74 66 58 50; do
-    oiiotool --nosoftwareattrib "${parts[@]}" --mosaic:pad=6 "${#parts[@]}x1" --ch R,G,B --compression "jpeg:$quality" -o "$out/$name.jpg"
+  oiiotool "${parts[@]}" --mosaic:pad=6 "${#parts[@]}x1" --ch R,G,B -o "$work/framed.png"
+  for quality in 2 3 4 6 8 12 16; do
+    jpeg_for_docs "$work/framed.png" "$quality" "$out/$name.jpg"
     [ "$(stat -c %s "$out/$name.jpg")" -gt 100000 ] || break
   done
-  rm -f "${parts[@]}"
+  rm -f "${parts[@]}" "$work/framed.png"
   say "docs/gallery/$name.jpg"
 }
 # The photo of a capture that is the i-th of n, in their order.
@@ -88,7 +89,7 @@ for picture in "${wanted[@]}"; do
         mkdir "$work/frames-$name"
         ffmpeg -nostdin -loglevel error -i "$work/$film.mp4" -vf "crop=iw:2:0:ih/2,scale=480:2" "$work/frames-$name/%04d.png"
         # A line of each frame, one below the other: the shake is a jagged edge.
-        oiiotool --nosoftwareattrib "$work/frames-$name"/*.png --mosaic "1x$(ls "$work/frames-$name" | wc -l)" -o "$work/lines-$name.png"
+        oiiotool "$work/frames-$name"/*.png --mosaic "1x$(ls "$work/frames-$name" | wc -l)" -o "$work/lines-$name.png"
       done
       framed steady 220 "$work/lines-shaky.png" "$work/lines-steady.png" ;;
     measures) # angle, resolution and visibility of the photo that weighs most

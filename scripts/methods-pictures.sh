@@ -50,7 +50,8 @@ mosaic() {
       tiles+=("$work/$name-$method.png")
     fi
   done
-  oiiotool --nosoftwareattrib "${tiles[@]}" --mosaic:pad=4 5x3 --ch R,G,B --attrib:type=int CompressionQuality 88 -o "$out/$name.jpg"
+  oiiotool "${tiles[@]}" --mosaic:pad=4 5x3 --ch R,G,B -o "$work/$name.png"
+  jpeg_for_docs "$work/$name.png" 3 "$out/$name.jpg"
 }
 mosaic methods --leave-out
 mosaic methods-false-color --leave-out --show false-color
