@@ -253,7 +253,7 @@ class FaultInjection : public testing::Test {
       if (!HasFailure() && mended.contains(state)) continue;
       const auto left = state;
       state.clear();  // by the next run
-      const ProgramResult again = RunProgram(argv);
+      const ProgramResult again = is_served ? server->Run(FaultServer::kNone).result : RunProgram(argv);
       EXPECT_EQ(again.exit_code, 0) << again.err;
       EXPECT_EQ(TemporariesIn(Work()), "");
       auto after = Files(c);

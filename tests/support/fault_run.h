@@ -39,6 +39,7 @@ class FaultServer {
  public:
   FaultServer(const std::vector<std::string>& argv, const std::filesystem::path& below);
   ~FaultServer();
+  static constexpr long kNone = -1;  // nothing fails, and nothing is counted, which takes time
   FaultRun Run(long at);
 
  private:

@@ -41,9 +41,10 @@ std::string OneLine(std::string text) {
   return text;
 }
 
-// Callers with many pictures read and write them in parallel, so that OpenImageIO itself gets one thread.
+// Callers with many pictures read and write them in parallel, so that OpenImageIO itself gets one thread. OpenEXR gets
+// none of its own: where memory runs out, it would wait for ever for a task that none of them was given.
 void LimitThreads() {
-  static const bool done = OIIO::attribute("threads", 1);
+  static const bool done = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
   static_cast<void>(done);
 }
 
