@@ -3,7 +3,7 @@
 #
 # PARTS
 #
-#   ./bench.sh                    all of them but gpu, methods and table-3-1, on what lumi-simulate photographs
+#   ./bench.sh                    all of them but large, gpu, methods and table-3-1, on what lumi-simulate photographs
 #   ./bench.sh --data DIR         also on real captures below DIR (fountain, sceaux, fox, knights, dinosaur, boards-stereo,
 #                                 boards-wide, shaky-sideways, shaky-rotation), where they are there
 #   ./bench.sh --only PART        that part; may be given again.  --only methods DIR: every scene or COLMAP workspace in DIR
@@ -21,7 +21,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 # Programs that are interrupted say so themselves, and end: this script would go on with the next part.
 trap 'exit 130' INT
 
-parts=(captures dense dense-cost effects correlation speed proxies hulls cameras walk calibration factorization periods periodic unseen stabilize video web flush price gpu methods table-3-1)
+parts=(captures dense dense-cost effects correlation speed proxies hulls cameras walk calibration factorization periods periodic unseen stabilize video web flush price minutes scale large gpu methods table-3-1)
 # What a part says of itself: its line Title, or the programs that it needs.
 title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }
@@ -61,7 +61,7 @@ if [ -n "$update" ] && [ ${#of_walk[@]} -gt 0 -o ${#of_captures[@]} -gt 0 ]; the
   die "--update-docs records whole parts: it goes without --photos, --views and --capture" 2
 fi
 if [ ${#only[@]} -eq 0 ]; then
-  for part in "${parts[@]}"; do [[ " gpu methods table-3-1 " == *" $part "* ]] || only+=("$part"); done
+  for part in "${parts[@]}"; do [[ " large gpu methods table-3-1 " == *" $part "* ]] || only+=("$part"); done
 fi
 
 has() { [[ " ${only[*]} " == *" $1 "* ]]; }

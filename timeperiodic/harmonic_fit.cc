@@ -178,4 +178,32 @@ HarmonicFit::Offsets HarmonicFit::FrameOffsets(double period, int harmonics) con
   return offsets;
 }
 
+double HarmonicFit::PeriodSigma(double period, int harmonics, Eigen::Index blocks) const {
+  const MatrixXd B = Basis(period, harmonics);
+  const auto n = static_cast<double>(B.rows());
+  const MatrixXd G = Ridged(B.transpose() * B, n);
+  const MatrixXd x = SolveSymmetric(G, B.transpose() * signals_.values);
+  const MatrixXd rest = signals_.values - B * x;
+  // How the fit moves with the frequency, time from the video's middle: d/df of cos is -h 2 pi t sin. What other
+  // coefficients do as well tells nothing.
+  MatrixXd slope(x.rows(), x.cols());
+  for (Eigen::Index row = 0; row < x.rows(); row += 2) {
+    const double w = kTwoPi * static_cast<double>((row / 2) % harmonics + 1);
+    slope.row(row) = w * x.row(row + 1);
+    slope.row(row + 1) = -w * x.row(row);
+  }
+  MatrixXd D = (time_.array() - time_.mean()).matrix().asDiagonal() * (B * slope);
+  D -= signals_.nuisance * (signals_.nuisance.transpose() * D);
+  D -= B * SolveSymmetric(G, B.transpose() * D);
+  const VectorXd score = (rest.array() * D.array()).rowwise().sum();
+  double square = 0;
+  for (Eigen::Index k = 0; k < blocks; ++k) {
+    const Eigen::Index begin = k * score.size() / blocks, end = (k + 1) * score.size() / blocks;
+    const double sum = score.segment(begin, end - begin).sum();
+    square += sum * sum;
+  }
+  const auto m = static_cast<double>(blocks);
+  return period * period * std::sqrt(square * m / (m - 1)) / D.squaredNorm();
+}
+
 }  // namespace lumi

@@ -44,6 +44,10 @@ class HarmonicFit {
   };
   Offsets FrameOffsets(double period, int harmonics) const;
 
+  // Standard deviation of the period that explains most, frames. What the fit leaves errs together within each of
+  // `blocks` parts of the video, which a camera's movement does.
+  double PeriodSigma(double period, int harmonics, Eigen::Index blocks) const;
+
   double span() const { return span_; }  // of all times, frames
 
  private:

@@ -32,6 +32,9 @@ constexpr Eigen::Index kTrend = 3;     // half waves over the video: slower than
 constexpr double kCameraShare = 0.8;   // of the camera's movement explained by the scene's period: commensurate
 constexpr int kMostInStep = 4;         // periods of the scene that one of the camera may take ...
 constexpr double kMoreInStep = 0.1;    // ... where so much more of its movement is explained than by fewer
+constexpr double kMuchShorter = 4;     // times: harmonics of a period that fold back onto a longer one
+constexpr double kOneLine = 0.7;       // cycles over the video: frequencies nearer than this are one line
+constexpr double kFoldedShare = 0.6;   // of what the short one explains: the long one explains at least this
 constexpr double kFewBetter = 0.15;    // correlation by which one long cycle beats what repeats faster within it
 constexpr std::size_t kMostShown = 9;  // candidates
 constexpr double kSameRatio = 0.01;    // two periods' ratio is called a half, third ... within this
@@ -81,7 +84,21 @@ struct PeriodTask {
   const PeriodOptions& options;
   std::vector<double> rho;  // self-similarity by shift
   double max_period;        // frames, for fits that are validated on other cycles
+  double span;              // of all times, frames
 };
+
+// Whether a short period is a long one seen through its harmonics: one of them, beyond half the frame rate, folds back
+// to where the long one has its first ones.
+bool FoldsOnto(const Refined& taken, double period, double span) {
+  if (taken.period * kMuchShorter > period) return false;
+  for (int h = 2; h <= taken.fit.harmonics; ++h) {
+    const double f = h / taken.period, folded = std::abs(f - std::round(f));
+    if (f <= 0.5) continue;
+    for (const int k : {1, 2})
+      if (std::abs(folded - k / period) * span < kOneLine) return true;
+  }
+  return false;
+}
 
 // The estimate from few cycles, where there are too few for harmonics, or where one long cycle explains much more than
 // what repeats faster within it. (A moving camera that comes back to its place makes shifted frames alike, too.)
@@ -93,10 +110,16 @@ std::optional<PeriodEstimate> FewCyclesInstead(const PeriodTask& task, const std
   if (!few || few->period_frames < o.min_period || (o.max_period > 0 && few->period_frames > o.max_period))
     return std::nullopt;
   if (!taken) return few;
+  // At the shortest shifts frames are alike because little has moved.
+  std::size_t unlike = 1;
+  while (unlike + 1 < task.rho.size() && task.rho[unlike + 1] < task.rho[unlike]) ++unlike;
   double own = taken->fit.explained * task.steady.values.squaredNorm() / task.given.values.squaredNorm();
-  for (double p = taken->period; p < task.max_period * 1.05; p += taken->period)
-    if (const auto k = static_cast<std::size_t>(std::lround(p)); k < task.rho.size()) own = std::max(own, task.rho[k]);
-  if (few->period_frames > task.max_period && few->explained > own + kFewBetter) return few;
+  const bool folds = FoldsOnto(*taken, few->period_frames, task.span);
+  for (double p = taken->period; !folds && p < task.max_period * 1.05; p += taken->period)
+    if (const auto k = static_cast<std::size_t>(std::lround(p)); k >= unlike && k < task.rho.size())
+      own = std::max(own, task.rho[k]);
+  if (few->period_frames > task.max_period && few->explained > (folds ? kFoldedShare * own : own + kFewBetter))
+    return few;
   return std::nullopt;
 }
 
@@ -241,8 +264,9 @@ PeriodEstimate EstimatePeriod(const Signals& given, const MatrixXd& camera, cons
   const Signals s = WithoutTrend(given);
   if (!(s.values.squaredNorm() > 0)) throw nothing;
   HarmonicFit fit(s, s.modulation.cols() > 0);
-  PeriodTask task{given, s, options, SelfSimilarity(given, std::min<Eigen::Index>(n - 1, kMostShift)),
-                  fit.span() / kMinCycles};
+  PeriodTask task{
+      given,     s, options, SelfSimilarity(given, std::min<Eigen::Index>(n - 1, kMostShift)), fit.span() / kMinCycles,
+      fit.span()};
   if (options.max_period > 0) task.max_period = std::min(task.max_period, options.max_period);
   std::optional<Refined> taken;
   std::vector<Refined> all;

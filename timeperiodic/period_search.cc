@@ -37,7 +37,10 @@ constexpr int kLinesOfMultiple = 4;   // harmonics of the period whose multiples
 constexpr double kMostEvidence = 50;  // standard deviations of one line that count: no single line outweighs all others
 constexpr double kGround =
     2;  // cycles over the video: a line must be so far from frequency 0 to have neighbours to stand out from
-constexpr int kMostMultiples = 3;    // doublings or treblings in a row
+constexpr int kMostMultiples = 3;  // doublings or treblings in a row
+// A camera's movement gives lines beside the harmonics' that the fit lacks, also where a multiple has its own: with a
+// moving camera a multiple has to predict as well as the period itself.
+constexpr double kAsGoodMoving = 0.96;
 constexpr double kMuchLonger = 1.5;  // a multiple, not the period itself refined
 
 constexpr Eigen::Index kCameraAxes = 3;  // of the camera's movement, the strongest
@@ -205,7 +208,8 @@ std::optional<Refined> TakePeriod(const HarmonicFit& fit, const Signals& s, cons
       std::min(most, std::max(2, static_cast<int>(std::lround(taken.fit.harmonics * longer / taken.period))));
   const double refined = fit.Refine(longer, std::min(harmonics, kScreenHarmonics), 2 * kReach);
   const Refined whole{refined, fit.CrossValidate(refined, most)};
-  return whole.fit.explained > kNearlyAsGood * taken.fit.explained ? whole : taken;
+  const double least = s.modulation.cols() > 0 ? kAsGoodMoving : kNearlyAsGood;
+  return whole.fit.explained > least * taken.fit.explained ? whole : taken;
 }
 
 }  // namespace lumi

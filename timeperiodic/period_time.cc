@@ -26,10 +26,15 @@ constexpr double kCyclesToBend = 3;                // of fewer the drift cannot 
 constexpr int kBendRounds = 6, kCoarseRounds = 2;  // the first with kCoarseHarmonics: many see but a short way
 constexpr int kCoarseHarmonics = 2;
 constexpr double kBendDone = 1e-3;  // frames
+constexpr double kMostBent = 0.5;   // cycles over the video: a period that a bend moves farther is another one
 constexpr double kLeastDriftPercent = 0.02, kDriftSigmas = 4,
                  kLeastBend = 0.05;                        // beyond all three (percent, sigmas, frames): it drifts
 constexpr double kTimeReach = 0.1, kBendReach = 0.15;      // cycles over the video, of a refined period
 constexpr Eigen::Index kFewestParts = 6, kMostParts = 40;  // of the video, two a cycle
+
+// With a moving camera, how its place changes the look of what moves is not all that the fit takes it for: errors are
+// so many times what its scatter says (period_bench).
+constexpr double kMovingCamera = 3;
 
 // Frames that lead the fit by whole frames from some frame on. Leads are compared before and after each frame.
 std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, double period, int harmonics) {
@@ -69,12 +74,15 @@ std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, doub
   return slips;
 }
 
+Eigen::Index Parts(const HarmonicFit& fit, double period) {
+  return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(2 * fit.span() / period), kFewestParts, kMostParts);
+}
+
 // Leads of parts of the video against their time: a polynomial, weighted by what each part says.
 PolynomialFit LeadOverTime(const HarmonicFit& fit, double period, int harmonics, int degree) {
   const auto offsets = fit.FrameOffsets(period, harmonics);
   const Eigen::Index n = offsets.lead.size();
-  const double cycles = fit.span() / period;
-  const Eigen::Index parts = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(2 * cycles), kFewestParts, kMostParts);
+  const Eigen::Index parts = Parts(fit, period);
   std::vector<double> t, lead, weight;
   for (Eigen::Index k = 0; k < parts; ++k) {
     const Eigen::Index begin = k * n / parts, end = (k + 1) * n / parts;
@@ -122,9 +130,11 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
   TimedPeriod t;
   t.period = taken.period;
   t.harmonics = std::max(1, taken.fit.harmonics);
+  const double own = s.modulation.cols() > 0 ? kMovingCamera : 1;
   const VectorXd slipped = UndoSlips(fit, s, t.harmonics, t.period, t.slips);
   // A drift bends the phase; straightened a little at a time.
   if (fit.span() / t.period >= kCyclesToBend) {
+    const double unbent = t.period;
     double c = 0;
     for (int round = 0; round < kBendRounds; ++round) {
       const int h = round < kCoarseRounds ? std::min(t.harmonics, kCoarseHarmonics) : t.harmonics;
@@ -137,7 +147,11 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
     }
     // Lead c u^2, u from -1/2 to 1/2 over the span: the phase runs faster by 2 c u / span.
     t.drift_percent = -200 * c / fit.span();
-    t.drift_sigma_percent = 200 * LeadOverTime(fit, t.period, t.harmonics, 2).sigma[2] / fit.span();
+    t.drift_sigma_percent = 200 * own * LeadOverTime(fit, t.period, t.harmonics, 2).sigma[2] / fit.span();
+    if (std::abs(1 / t.period - 1 / unbent) * fit.span() > kMostBent) {
+      t.period = unbent;
+      t.drift_percent = 0;
+    }
     t.drifts = std::abs(t.drift_percent) > std::max(kLeastDriftPercent, kDriftSigmas * t.drift_sigma_percent) &&
                std::abs(c) > kLeastBend;
   }
@@ -149,7 +163,7 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
   if (last.explained > 0) t.harmonics = last.harmonics;
   // At 2 frames the fit is flat, and wanders below.
   t.period = std::max(min_period, fit.Refine(t.period, t.harmonics, kTimeReach));
-  t.sigma = t.period * LeadOverTime(fit, t.period, t.harmonics, 1).sigma[1] / fit.span();
+  t.sigma = own * fit.PeriodSigma(t.period, t.harmonics, Parts(fit, t.period));
   t.explained = std::max(last.explained, taken.fit.explained);
   return t;
 }

@@ -99,6 +99,25 @@ TEST_F(ViewerWindow, TheOptimumOfEveryPixelIsDrawnFromSamplesUntilItIsRefined) {
   EXPECT_GE(CoveredPsnrDb(ReadImage8(file("refined.png")), optimum), kRefinedDb);
 }
 
+TEST_F(ViewerWindow, APublishedMethodIsDrawnAtRestAndByThisRenderersWeightsUntilThen) {
+  const auto file = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string script = std::string(kBetween) + "key-add; path-save " + file("path.json") + "; screenshot " +
+                             file("own.png") + "; set method debevec-1998; wait; screenshot " + file("method.png");
+  const Result r =
+      RunViewer({"--no-ui", "--effects", "fov,visibility", "--width", "240", "--height", "180", "--script", script});
+  if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
+  ASSERT_EQ(r.exit_code, 0) << r.messages;
+  EXPECT_EQ(r.json["refused"], "");
+  EXPECT_EQ(r.json["settings"]["method"], "debevec-1998");
+  EXPECT_GE(r.json["refined"]["pictures"].get<int>(), 1);
+  RenderRequest request;
+  request.view = MakeRenderView(ReadCameraPath(file("path.json")).keys.at(0), 240, 180);
+  request.settings = SettingsOf(r.json["settings"]);
+  const ImageF method = MakeCpuRenderer(WorldOf(world_.scene, world_.proxy), world_.photos)->Render(request);
+  EXPECT_GE(CoveredPsnrDb(ReadImage8(file("method.png")), method), kRefinedDb);
+  EXPECT_LT(CoveredPsnrDb(ReadImage8(file("own.png")), method), kRefinedDb - 5);
+}
+
 TEST_F(ViewerWindow, AMoveGivesUpThePictureThatIsBeingRefined) {
   const auto file = [&](const char* name) { return (folder_ / name).string(); };
   std::string script = "wait; ";

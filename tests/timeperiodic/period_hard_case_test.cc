@@ -135,6 +135,26 @@ TEST(PeriodHardCase, OnePeriodAndAHalfIsEnoughToAboutAFrame) {
   }
 }
 
+// A swing's second harmonic, beyond half the frame rate, is also one of a period of about two frames, which has many
+// more cycles to be validated on.
+TEST(PeriodHardCase, FewSwingsAreNotTakenForAPeriodThatTheyFoldTo) {
+  int found = 0;
+  constexpr int kVideos = 10;
+  for (int k = 0; k < kVideos; ++k) {
+    PaintedVideo video;
+    video.seed = static_cast<unsigned>(k + 1);
+    video.period = 41.3 + 1.7 * k;
+    video.frames = static_cast<int>((1.6 + 0.07 * k) * video.period) + 1;
+    video.noise = 2 + 0.5 * k;
+    video.other_blade = 0;
+    video.turns = [&](double t) { return 0.3 + 0.12 * std::sin(2 * std::numbers::pi * (0.1 * k + t / video.period)); };
+    const PeriodEstimate e = PeriodOf(video);
+    found += std::abs(e.period_frames - video.period) < 1;
+    EXPECT_GT(e.period_frames, 0.4 * video.period) << k;
+  }
+  EXPECT_GE(found, kVideos - 1);
+}
+
 // Frames whose times are uneven disagree about the period: its error says so. Over many such videos the error holds.
 TEST(PeriodHardCase, FramesThatDisagreeWidenTheErrorOfAFewCycles) {
   int videos = 0, within = 0;

@@ -81,6 +81,24 @@ TEST(Period, OfAMovingVideoIsFoundAgainstTheAlignedBackground) {
   }
 }
 
+TEST(Period, OfAMovingVideoKnowsItsOwnError) {
+  double sum = 0;
+  constexpr int kVideos = 6;
+  for (int k = 0; k < kVideos; ++k) {
+    PaintedVideo video;
+    video.seed = static_cast<unsigned>(70 + k);
+    video.width = 112, video.height = 84, video.frames = 170;
+    video.period = 14.2 + 1.1 * k;
+    video.camera = Waved;
+    const FrameStack stack = video.Stack();
+    const Alignment alignment = AlignFrames(stack, {}, SilentProgress());
+    const PeriodEstimate e = EstimatePeriod(MovingSignals(stack, alignment, {}), alignment.camera, {});
+    sum += std::pow((e.period_frames - video.period) / e.sigma_frames, 2) / kVideos;
+  }
+  EXPECT_GT(sum, 0.1);
+  EXPECT_LT(sum, 4);
+}
+
 TEST(MovingParts, AreTheBladesAndNotTheWall) {
   PaintedVideo video;
   video.width = 128, video.height = 96;
