@@ -80,7 +80,7 @@ install_packages
 mapfile -t targets < <(for part in "${only[@]}"; do programs "$part" | tr ' ' '\n'; done | sort -u)
 [ -z "$update" ] || targets+=(docs_figures)
 build release "${targets[@]}"
-export LUMI_BENCH_WORK=build/bench LUMI_BENCH_DATA=$data
+export LUMI_BENCH_WORK=build/bench LUMI_BENCH_DATA=$data LUMI_BENCH_UPDATE=$update
 printed=$LUMI_BENCH_WORK/printed
 mkdir -p "$printed"
 machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores; $(cat build/release/versions.txt); $(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1 || true)"

@@ -2,6 +2,7 @@
 # What the parts of bench.sh share: sourced by each of them. bench.sh starts a part in the project's root with
 #   LUMI_BENCH_WORK   where scenes are kept from one run to the next
 #   LUMI_BENCH_DATA   the folder of captures, or nothing
+#   LUMI_BENCH_UPDATE 1: files beside the pages are written as well
 # A part prints Markdown: headings, tables, code blocks. What it prints may be quoted in docs by its heading.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

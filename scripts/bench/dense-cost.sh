@@ -8,7 +8,7 @@ dense_costs() {
   [ -f "$work/dense-desk/proxies/delaunay.ply" ] || "$bin/lumi-proxy" delaunay "$work/dense-desk" --quiet >/dev/null
   [ -f "$work/dense-desk/proxies/dense.ply" ] || "$bin/lumi-proxy" dense "$work/dense-desk" --quiet >/dev/null
   heading 'What dense proxies take'
-  printf '| capture | depth maps px | seconds a photo | their peak MB | points | mesh s | fewer faces s | whole command, peak MB |\n|---|---|---|---|---|---|---|---|\n'
+  printf '| capture | depth maps px | points merged within px | seconds a photo | their peak MB | points | mesh s | fewer faces s | whole command, peak MB |\n|---|---|---|---|---|---|---|---|---|\n'
   dense_cost "$work/dense-desk" 640 1.5
   dense_cost "$work/dense-desk" 640 1
   dense_cost "$work/fountain" 1000 1
@@ -23,11 +23,11 @@ dense_cost() {
   folder=$(mktemp -d)
   peak_mb "$folder/depth_mb" "$bin/lumi-proxy" dense "$1" --width "$2" --depth-only -o "$folder/stereo" --quiet >/dev/null
   made=$(peak_mb "$folder/mb" "$bin/lumi-proxy" dense "$1" --width "$2" --merge-px "$3" -o "$folder/dense.ply" --json --quiet)
-  awk -v name="${1##*/}" -v width="$2" -v depth_mb="$(cat "$folder/depth_mb")" -v mb="$(cat "$folder/mb")" '
+  awk -v name="${1##*/}" -v width="$2" -v merge="$3" -v depth_mb="$(cat "$folder/depth_mb")" -v mb="$(cat "$folder/mb")" '
     /"(photos|points_used|tetrahedra|lines_of_sight|cut|surface|simplify_seconds)":/ { gsub(/[",]/, ""); sub(":", ""); value[$1] = $2 }
     /"seconds":/ && !depth { gsub(/,/, ""); depth = $2 }
     END {
-      printf "| %s | %d | %.1f | %s | %d | %.1f | %.1f | %s |\n", name, width, depth / value["photos"], depth_mb, value["points_used"],
+      printf "| %s | %d | %s | %.1f | %s | %d | %.1f | %.1f | %s |\n", name, width, merge, depth / value["photos"], depth_mb, value["points_used"],
         value["tetrahedra"] + value["lines_of_sight"] + value["cut"] + value["surface"], value["simplify_seconds"], mb
     }' <<<"$(sed -n '/"depth"/,$p' <<<"$made")"
   rm -rf "$folder"

@@ -9,3 +9,12 @@ heading 'Published methods, held out'
 "$bin/lumi-render" methods-report "$out"/*/methods.json
 heading 'Table 3.1 as figures'
 cat "$out/table-3-1.md"
+# Beside the page: a capture's results as JSON, and a row a method and view as CSV.
+if [ -n "${LUMI_BENCH_UPDATE:-}" ]; then
+  mkdir -p docs/benchmark
+  for results in "$out"/*/methods.json; do
+    folder=${results%/methods.json}
+    cp "$results" "docs/benchmark/${folder##*/}.json"
+    cp "$folder/methods-views.csv" "docs/benchmark/${folder##*/}-views.csv"
+  done
+fi

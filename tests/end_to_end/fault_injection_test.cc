@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -50,6 +51,13 @@ std::size_t MostFaults(FaultKind kind) {
   return stacks && !PartOfStacks() ? std::stoul(stacks) : kMostStacks;
 }
 
+// Of the same build and the same part of stacks, those that are not swept again: LUMI_SWEPT=FILE has a line each, and
+// gets those of cases that pass.
+fs::path SweptFile() {
+  const char* const file = std::getenv("LUMI_SWEPT");
+  return file ? fs::path(file) : fs::path();
+}
+
 constexpr int kNobody = 1 << 30;  // beyond the kernel's largest number of a process
 
 std::vector<long> PointsOf(FaultKind kind, const std::vector<long>& points) {
@@ -76,6 +84,8 @@ class FaultInjection : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
+    std::ifstream swept(SweptFile());
+    for (std::string stack; std::getline(swept, stack);) stacks_.insert(stack);
     const fs::path capture = Template() / "capture";
     Make({"lumi-simulate", "--example", "desk", "--views", "4", "--width", "64", "-o", capture.string()});
     // A scene with proxies of its own, and a workspace as COLMAP leaves one.
@@ -156,7 +166,7 @@ class FaultInjection : public testing::Test {
   static std::vector<long> NewStacks(const std::string& program, const FaultRun& counted) {
     std::vector<long> points;
     for (std::size_t i = 0; i < counted.points.size(); ++i)
-      if (stacks_.insert(program + " " + counted.calls[i]).second) points.push_back(counted.points[i]);
+      if (IsNew(program + " " + counted.calls[i])) points.push_back(counted.points[i]);
     return points;
   }
   // Those of `counted` that `served` lacks: of libraries while they are loaded, alike in all programs.
@@ -164,9 +174,21 @@ class FaultInjection : public testing::Test {
     const std::set<std::string> known(served.calls.begin(), served.calls.end());
     std::vector<long> points;
     for (std::size_t i = 0; i < counted.points.size(); ++i)
-      if (!known.contains(counted.calls[i]) && stacks_.insert("loading " + counted.calls[i]).second)
+      if (!known.contains(counted.calls[i]) && IsNew("loading " + counted.calls[i]))
         points.push_back(counted.points[i]);
     return points;
+  }
+  static bool IsNew(const std::string& stack) {
+    if (!stacks_.insert(stack).second) return false;
+    new_stacks_.push_back(stack);
+    return true;
+  }
+  void KeepSwept() {
+    if (PartOfStacks() && !SweptFile().empty() && !HasFailure()) {
+      std::ofstream swept(SweptFile(), std::ios::app);
+      for (const std::string& stack : new_stacks_) swept << stack << "\n";
+    }
+    new_stacks_.clear();
   }
 
   // Beside each file that the program writes lies what a killed run left of it: the next run removes it.
@@ -266,6 +288,7 @@ class FaultInjection : public testing::Test {
     std::cout << c.argv[0] << " " << c.argv[1] << ", " << what << ": " << failed << " faults of " << all << " ("
               << counted.points.size() << " with those of other cases), " << harmless << " of them harmless, "
               << crashed << " ended by a crash of a library" << std::endl;
+    KeepSwept();
     injected_ += failed;
     harmless_ += harmless;
   }
@@ -322,9 +345,11 @@ class FaultInjection : public testing::Test {
   static std::unique_ptr<TemporaryFolder> folder_;
   static int injected_, harmless_;
   static std::set<std::string> stacks_;
+  static std::vector<std::string> new_stacks_;  // of the case that runs
 };
 std::unique_ptr<TemporaryFolder> FaultInjection::folder_;
 std::set<std::string> FaultInjection::stacks_;
+std::vector<std::string> FaultInjection::new_stacks_;
 int FaultInjection::injected_ = 0;
 int FaultInjection::harmless_ = 0;
 

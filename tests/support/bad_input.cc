@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <nlohmann/json.hpp>
+
+#include "tests/support/same_outputs.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -26,8 +26,7 @@ std::string Contents(const fs::path& path) {
   for (const fs::path& file : files) {
     text += file.lexically_relative(path).string();
     if (fs::is_regular_file(file)) {
-      std::ifstream in(file, std::ios::binary);
-      const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+      const std::string bytes = WholeFile(file);
       text.append(" ")
           .append(std::to_string(bytes.size()))
           .append(" ")

@@ -351,7 +351,8 @@ bool IsNewStack() {
   return fresh;
 }
 
-// The nearest frames by their places in program and libraries: the same in every run.
+// The nearest frames by their places in program and libraries: the same in every run. What a library does while it is
+// loaded is the same in every program: no frame from the loader on.
 std::uint64_t StackName() {
   void* frames[kFrames];
   const int n = backtrace(frames, kFrames);
@@ -359,6 +360,7 @@ std::uint64_t StackName() {
   for (int i = 3; i < n; ++i) {
     Dl_info module = {};
     dladdr(frames[i], &module);
+    if (module.dli_fname && strstr(module.dli_fname, "/ld-linux")) break;
     hash = Mixed(hash, reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase));
   }
   return hash;

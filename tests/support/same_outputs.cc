@@ -3,12 +3,21 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <regex>
 
 namespace lumi {
 namespace fs = std::filesystem;
+
+std::string WholeFile(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  const std::streamoff size = in ? static_cast<std::streamoff>(in.tellg()) : 0;
+  std::string bytes(static_cast<std::size_t>(std::max<std::streamoff>(size, 0)), '\0');
+  in.seekg(0).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  return bytes;
+}
+
 namespace {
 
 using nlohmann::json;
@@ -45,8 +54,7 @@ json WithoutTimes(const json& value) {
 }
 
 std::string Comparable(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes = WholeFile(file);
   // Taking times out of JSON takes long, and thousands of runs leave the same files.
   static std::map<std::pair<std::size_t, std::size_t>, std::string> known;
   std::string& comparable = known[{bytes.size(), std::hash<std::string>{}(bytes)}];

@@ -7,6 +7,9 @@
 
 namespace lumi {
 
+// A file's bytes; none where it cannot be read.
+std::string WholeFile(const std::filesystem::path& file);
+
 // What each file below a folder holds, by its path in it, as a hash; times in JSON are left out (and hashes of files
 // that hold times). Not among them: hidden files, reports in HTML, records of time, LOCK, and COLMAP's working folder.
 std::map<std::string, std::string> ComparableFiles(const std::filesystem::path& folder);
