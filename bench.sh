@@ -6,7 +6,8 @@
 #   ./bench.sh                    all of them but large, gpu, methods and table-3-1, on what lumi-simulate photographs
 #   ./bench.sh --data DIR         also on real captures below DIR (fountain, sceaux, fox, knights, dinosaur, boards-stereo,
 #                                 boards-wide, shaky-sideways, shaky-rotation), where they are there
-#   ./bench.sh --only PART        that part; may be given again.  --only methods DIR: every scene or COLMAP workspace in DIR
+#   ./bench.sh --only PART        that part; may be given again.  --only methods DIR: a scene or COLMAP
+#                                 workspace, or every one in DIR; --width W renders at that width
 #   ./bench.sh --list             the parts
 #   ./bench.sh --update-docs      also writes what was printed into docs/figures.json, and from there into README and docs
 #   captures takes --views N (photos rendered at their own cameras) and --capture NAME; walk takes --photos N,N
@@ -27,7 +28,7 @@ title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }
 absolute() { case $1 in /*) printf '%s' "$1" ;; *) printf '%s' "$start_folder/$1" ;; esac; }
 
-only=() data='' methods='' update='' of_captures=() of_walk=()
+only=() data='' methods='' width=() update='' of_captures=() of_walk=()
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help)
@@ -37,11 +38,12 @@ while [ $# -gt 0 ]; do
       exit 0 ;;
     --list) printf '%s\n' "${parts[@]}"; exit 0 ;;
     --update-docs) update=1; shift ;;
-    --data | --only | --photos | --views | --capture)
+    --data | --only | --photos | --views | --capture | --width)
       [ $# -ge 2 ] || die "$1 needs a value" 2
       case $1 in
         --data) data=$(absolute "$2"); [ -d "$data" ] || die "$data is no folder" 2 ;;
         --photos) of_walk=("$2") ;;
+        --width) width=("$2") ;;
         --views) of_captures+=(--views "$2") ;;
         --capture) of_captures+=(--only "$2") ;;
         --only)
@@ -66,6 +68,7 @@ fi
 
 has() { [[ " ${only[*]} " == *" $1 "* ]]; }
 [ ${#of_captures[@]} -eq 0 ] || has captures || die "--views and --capture are for the part captures" 2
+[ ${#width[@]} -eq 0 ] || has methods || die "--width is for the part methods" 2
 [ ${#of_walk[@]} -eq 0 ] || has walk || die "--photos is for the part walk" 2
 # What was measured on captures is not replaced by what was measured without them: pages quote their rows.
 if [ -n "$update" ] && [ -z "$data" ]; then
@@ -93,7 +96,7 @@ for part in "${only[@]}"; do
   case $part in
     captures) arguments=("${of_captures[@]}") ;;
     walk) arguments=("${of_walk[@]}") ;;
-    methods) arguments=("$methods") ;;
+    methods) arguments=("$methods" "${width[@]}") ;;
   esac
   say "$part: $(title "$part")"
   begin=$(date +%s)

@@ -10,7 +10,6 @@
 #include "render/holdout/evaluation_proxy.h"
 #include "render/holdout/seen_pixels.h"
 #include "scene/files/evaluation_proxy.h"
-#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 
@@ -86,27 +85,14 @@ void RemoveOthers(const std::filesystem::path& folder, const std::vector<Holdout
   for (const std::filesystem::path& file : old) std::filesystem::remove(file, error);
 }
 
-// A proxy that lumi-proxy made of all photos, whose shape follows them, has seen those that it is judged by.
-void WarnOfProxyThatSaw(const RenderJob& job, const std::string& proxy) {
-  if (IsMeshFile(proxy)) return;  // nobody knows what a file was made of
-  const auto record = ReadProvenance(job.scene().folder, "proxy-" + proxy);
-  const auto kind = record ? record->options.find("kind") : std::map<std::string, std::string>::const_iterator();
-  if (!record || kind == record->options.end() || record->options.contains("leave_out")) return;
-  if (!std::set<std::string>{"delaunay", "dense", "planes", "hull"}.contains(kind->second)) return;
-  const std::string n = job.options.holdout == kHoldoutEach ? "each" : std::to_string(job.options.holdout);
-  job.sink.Message(fmt::format("{} was made of all photos, those held out among them, which flatters it{}", proxy,
-                               kind->second == "hull"
-                                   ? std::string()
-                                   : fmt::format("; lumi-proxy {} {} --leave-out {} makes one to judge by",
-                                                 kind->second, job.scene().folder.string(), n)));
-}
-
 }  // namespace
 
 void TakeEvaluationProxy(RenderJob& job) {
   const std::string proxy = ProxyOf(job, {0});
   if (proxy == job.lumigraph.proxy_name()) {
-    if (job.lumigraph.one_mesh()) WarnOfProxyThatSaw(job, proxy);
+    if (const std::string saw = HowAProxySaw(job.scene().folder, proxy, job.options.holdout);
+        job.lumigraph.one_mesh() && !saw.empty())
+      job.sink.Message(saw);
     return;
   }
   job.lumigraph.StandIn(LoadProxy(job.scene(), proxy));

@@ -17,4 +17,8 @@ namespace lumi {
 std::string ProxyFor(const std::filesystem::path& scene_folder, const std::string& name, int holdout, ViewId photo,
                      int photos = kProxiesForEach);
 
+// What to say of a proxy that lumi-proxy made of all photos and whose shape follows them: it has seen those that it is
+// judged by. Empty where that is not known.
+std::string HowAProxySaw(const std::filesystem::path& scene_folder, const std::string& name, int holdout);
+
 }  // namespace lumi

@@ -74,7 +74,10 @@ std::string Workbench::Evaluated(const std::string& proxy, ProgressSink& sink) {
   // Only the choosing fold may be empty: the reporting fold always holds the first photo.
   const int n = HoldoutWithPhotos(scene(), o_.holdout, Fold::kChoose);
   const std::string evaluated = ProxyFor(scene().folder, proxy, n, {0});
-  if (evaluated == proxy) return proxy;
+  if (evaluated == proxy) {
+    if (const std::string saw = HowAProxySaw(scene().folder, proxy, n); !saw.empty()) sink.Message(saw);
+    return proxy;
+  }
   evaluated_[proxy] = evaluated;
   sink.Message(
       fmt::format("held-out photos are rendered over {}, made without them, in place of {}", evaluated, proxy));
