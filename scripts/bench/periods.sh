@@ -4,4 +4,4 @@
 . "${BASH_SOURCE[0]%/*}/common.sh"
 
 heading 'The period finder on videos that it was not tuned on'
-"$bin/period_bench"
+"$bin/period_bench" 24
