@@ -74,6 +74,19 @@ std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, doub
   return slips;
 }
 
+// Of a period near a whole number of frames, a harmonic beyond half the frame rate folds back beside a slower one, and
+// stands in for a shift of it: the period is known as well as the harmonics that do not fold agree with it.
+constexpr double kFoldedBeside = 0.5;  // cycles over the video
+bool FoldsOntoItself(double period, int harmonics, double span) {
+  const int plain = std::max(1, static_cast<int>(period / 2));
+  for (int h = plain + 1; h <= harmonics; ++h) {
+    const double folded = std::abs(h / period - std::round(h / period));
+    for (int slow = 1; slow <= plain; ++slow)
+      if (std::abs(folded - slow / period) * span < kFoldedBeside) return true;
+  }
+  return false;
+}
+
 Eigen::Index Parts(const HarmonicFit& fit, double period) {
   return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(2 * fit.span() / period), kFewestParts, kMostParts);
 }
@@ -165,6 +178,8 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
   t.period = std::max(min_period, fit.Refine(t.period, t.harmonics, kTimeReach));
   t.sigma = own * fit.PeriodSigma(t.period, t.harmonics, Parts(fit, t.period));
   t.explained = std::max(last.explained, taken.fit.explained);
+  if (const int plain = std::max(1, static_cast<int>(t.period / 2)); FoldsOntoItself(t.period, t.harmonics, fit.span()))
+    t.sigma = std::max(t.sigma, std::abs(fit.Refine(t.period, plain, kTimeReach) - t.period));
   return t;
 }
 

@@ -42,6 +42,8 @@ constexpr unsigned kSeed = 90'000;
 
 struct Found {
   double truth = 0, period = 0, sigma = 0;
+  int frames = 0, harmonics = 0;
+  double drift_percent = 0;
 };
 
 Found Try(const Kind& kind, unsigned seed) {
@@ -86,6 +88,7 @@ Found Try(const Kind& kind, unsigned seed) {
       e = EstimatePeriod(FixedSignals(stack, {}), {}, {});
     }
     found.period = e.period_frames, found.sigma = e.sigma_frames;
+    found.frames = video.frames, found.harmonics = e.harmonics, found.drift_percent = e.drifts ? e.drift_percent : 0;
   } catch (const DataError&) {  // refused
   }
   return found;
@@ -117,6 +120,10 @@ void Row(const Kind& kind, int videos) {
     percent.push_back(100 * std::abs(f.period / f.truth - 1));
     sigmas.push_back(std::abs(f.period - f.truth) / f.sigma);
     square += sigmas.back() * sigmas.back();
+    constexpr double kFar = 4;
+    if (sigmas.back() > kFar)
+      fmt::print(stderr, "{}, video {}: {:.5f} for {:.5f}, sigma {:.5f}; {} frames, {} harmonics, drift {:.2f} %\n",
+                 kind.name, &f - all.data(), f.period, f.truth, f.sigma, f.frames, f.harmonics, f.drift_percent);
   }
   const auto within = std::ranges::count_if(sigmas, [](double s) { return s <= 2; });
   fmt::print("| {} | {} | {} | {} | {} | {} | {:.4f} | {:.2f} | {} % |\n", kind.name, videos, right, multiple,
