@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/geometry/dense_solvers.h"
+#include "timeperiodic/spectrum.h"
 
 namespace lumi {
 namespace {
@@ -30,6 +31,17 @@ MatrixXd Ridged(MatrixXd G, double rows) {
   return G;
 }
 
+// Coefficients of the fit's derivative by turns of the period: cos -> -h 2 pi sin, sin -> h 2 pi cos.
+MatrixXd ByTurns(const MatrixXd& x, int harmonics) {
+  MatrixXd slope(x.rows(), x.cols());
+  for (Eigen::Index row = 0; row < x.rows(); row += 2) {
+    const double w = kTwoPi * static_cast<double>((row / 2) % harmonics + 1);
+    slope.row(row) = w * x.row(row + 1);
+    slope.row(row + 1) = -w * x.row(row);
+  }
+  return slope;
+}
+
 }  // namespace
 
 HarmonicFit::HarmonicFit(const Signals& signals, bool modulated)
@@ -47,8 +59,7 @@ MatrixXd HarmonicFit::Basis(double period, int harmonics) const {
   // A harmonic that folds back to less than this many turns over the whole video is a trend, whatever it is a harmonic
   // of.
   std::vector<char> slow;
-  for (int h = 1; h <= harmonics; ++h)
-    slow.push_back(h / period > 0.5 && std::abs(h / period - std::round(h / period)) * span_ < kSlowTurns);
+  for (int h = 1; h <= harmonics; ++h) slow.push_back(h / period > kNyquist && Folded(h / period) * span_ < kSlowTurns);
   const Eigen::Index copies = modulated_ ? 1 + signals_.modulation.cols() : 1, plain = 2 * harmonics;
   MatrixXd B(n, plain * copies);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -162,14 +173,7 @@ HarmonicFit::Offsets HarmonicFit::FrameOffsets(double period, int harmonics) con
   const MatrixXd B = Basis(period, harmonics);
   const MatrixXd x =
       SolveSymmetric(Ridged(B.transpose() * B, static_cast<double>(B.rows())), B.transpose() * signals_.values);
-  // d/dt of the fit: cos -> -h w sin, sin -> h w cos.
-  MatrixXd slope(x.rows(), x.cols());
-  for (Eigen::Index row = 0; row < x.rows(); row += 2) {
-    const double w = kTwoPi * static_cast<double>((row / 2) % harmonics + 1) / period;
-    slope.row(row) = w * x.row(row + 1);
-    slope.row(row + 1) = -w * x.row(row);
-  }
-  const MatrixXd rest = signals_.values - B * x, rate = B * slope;
+  const MatrixXd rest = signals_.values - B * x, rate = B * ByTurns(x, harmonics) / period;
   Offsets offsets;
   offsets.weight = rate.rowwise().squaredNorm();
   const VectorXd product = (rest.array() * rate.array()).rowwise().sum();
@@ -184,15 +188,9 @@ double HarmonicFit::PeriodSigma(double period, int harmonics, Eigen::Index block
   const MatrixXd G = Ridged(B.transpose() * B, n);
   const MatrixXd x = SolveSymmetric(G, B.transpose() * signals_.values);
   const MatrixXd rest = signals_.values - B * x;
-  // How the fit moves with the frequency, time from the video's middle: d/df of cos is -h 2 pi t sin. What other
-  // coefficients do as well tells nothing.
-  MatrixXd slope(x.rows(), x.cols());
-  for (Eigen::Index row = 0; row < x.rows(); row += 2) {
-    const double w = kTwoPi * static_cast<double>((row / 2) % harmonics + 1);
-    slope.row(row) = w * x.row(row + 1);
-    slope.row(row + 1) = -w * x.row(row);
-  }
-  MatrixXd D = (time_.array() - time_.mean()).matrix().asDiagonal() * (B * slope);
+  // How the fit moves with the frequency, time from the video's middle. What other coefficients do as well tells
+  // nothing.
+  MatrixXd D = (time_.array() - time_.mean()).matrix().asDiagonal() * (B * ByTurns(x, harmonics));
   D -= signals_.nuisance * (signals_.nuisance.transpose() * D);
   D -= B * SolveSymmetric(G, B.transpose() * D);
   const VectorXd score = (rest.array() * D.array()).rowwise().sum();
@@ -203,7 +201,8 @@ double HarmonicFit::PeriodSigma(double period, int harmonics, Eigen::Index block
     square += sum * sum;
   }
   const auto m = static_cast<double>(blocks);
-  return period * period * std::sqrt(square * m / (m - 1)) / D.squaredNorm();
+  const double told = D.squaredNorm();
+  return told > 0 ? period * period * std::sqrt(square * m / (m - 1)) / told : period;
 }
 
 }  // namespace lumi

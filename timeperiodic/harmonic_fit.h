@@ -45,7 +45,8 @@ class HarmonicFit {
   Offsets FrameOffsets(double period, int harmonics) const;
 
   // Standard deviation of the period that explains most, frames. What the fit leaves errs together within each of
-  // `blocks` parts of the video, which a camera's movement does.
+  // `blocks` parts of the video, which a camera's movement makes it do (the sandwich estimate, clustered). The period
+  // itself where the signals tell nothing of it.
   double PeriodSigma(double period, int harmonics, Eigen::Index blocks) const;
 
   double span() const { return span_; }  // of all times, frames

@@ -12,6 +12,7 @@
 #include "timeperiodic/period_few_cycles.h"
 #include "timeperiodic/period_search.h"
 #include "timeperiodic/period_time.h"
+#include "timeperiodic/spectrum.h"
 
 namespace lumi {
 namespace {
@@ -33,7 +34,6 @@ constexpr double kCameraShare = 0.8;   // of the camera's movement explained by 
 constexpr int kMostInStep = 4;         // periods of the scene that one of the camera may take ...
 constexpr double kMoreInStep = 0.1;    // ... where so much more of its movement is explained than by fewer
 constexpr double kMuchShorter = 4;     // times: harmonics of a period that fold back onto a longer one
-constexpr double kOneLine = 0.7;       // cycles over the video: frequencies nearer than this are one line
 constexpr double kFoldedShare = 0.6;   // of what the short one explains: the long one explains at least this
 constexpr double kFewBetter = 0.15;    // correlation by which one long cycle beats what repeats faster within it
 constexpr std::size_t kMostShown = 9;  // candidates
@@ -92,10 +92,10 @@ struct PeriodTask {
 bool FoldsOnto(const Refined& taken, double period, double span) {
   if (taken.period * kMuchShorter > period) return false;
   for (int h = 2; h <= taken.fit.harmonics; ++h) {
-    const double f = h / taken.period, folded = std::abs(f - std::round(f));
-    if (f <= 0.5) continue;
+    const double f = h / taken.period;
+    if (f <= kNyquist) continue;
     for (const int k : {1, 2})
-      if (std::abs(folded - k / period) * span < kOneLine) return true;
+      if (std::abs(Folded(f) - k / period) < kSameLine / span) return true;
   }
   return false;
 }
@@ -234,7 +234,7 @@ std::optional<std::string> Validate(const PeriodOptions& o) {
 void RequireResolved(double period) {
   if (!(period >= 2))
     throw DataError(fmt::format("a period of {:.4g} frames is aliased: below 2 frames it looks like {:.4g} frames",
-                                period, 1 / std::abs(1 / period - std::round(1 / period))),
+                                period, 1 / Folded(1 / period)),
                     "film at a higher frame rate");
 }
 

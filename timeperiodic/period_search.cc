@@ -12,8 +12,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNyquist = 0.5;  // cycles a frame: what is faster is seen folded back below
-
 // Refining: harmonics that are sure to be there and reach far, then those of the fit. Reaches are in cycles over the
 // video: two periods less than kFirstReach apart are one peak of the fit.
 constexpr int kFirstHarmonics = 3;
@@ -28,7 +26,6 @@ constexpr Eigen::Index kBlockFrames = 8, kFewestBlocks = 4,
                        kMostBlocks = 24;  // of frames that err together, for a standard error
 constexpr double kAliasShare = 0.6;       // of what an alias explains: what it folds back to explains at least this
 constexpr double kSlowerAlias = 0.5;      // of its highest frequency: what it folds back to is this much slower
-constexpr double kSameLine = 0.7;         // cycles over the video: frequencies nearer than this are one line
 
 constexpr double kLine = 8;           // standard deviations that a line of the spectrum must stand out by to be one
 constexpr double kFirstLine = 6;      // the same, of a fundamental by itself
@@ -37,11 +34,11 @@ constexpr int kLinesOfMultiple = 4;   // harmonics of the period whose multiples
 constexpr double kMostEvidence = 50;  // standard deviations of one line that count: no single line outweighs all others
 constexpr double kGround =
     2;  // cycles over the video: a line must be so far from frequency 0 to have neighbours to stand out from
-constexpr int kMostMultiples = 3;  // doublings or treblings in a row
-// A camera's movement gives lines beside the harmonics' that the fit lacks, also where a multiple has its own: with a
-// moving camera a multiple has to predict as well as the period itself.
-constexpr double kAsGoodMoving = 0.96;
+constexpr int kMostMultiples = 3;    // doublings or treblings in a row
 constexpr double kMuchLonger = 1.5;  // a multiple, not the period itself refined
+// A camera's movement gives lines beside the harmonics' that the fit lacks, also where a multiple has its own: with a
+// moving camera a multiple has to predict nearly as well as the period itself.
+constexpr double kAsGoodMoving = 0.96;
 
 constexpr Eigen::Index kCameraAxes = 3;  // of the camera's movement, the strongest
 constexpr double kCamerasOwn = 0.5;      // of the camera's movement explained: the period is the camera's ...
@@ -104,8 +101,8 @@ std::size_t Fundamental(const std::vector<Refined>& all, double total, double sp
     if (all[j].fit.explained < kAliasShare * all[i].fit.explained || frequency(j) > kSlowerAlias * frequency(i))
       return false;
     for (int k = 2; k <= all[i].fit.harmonics; ++k) {
-      const double f = k / all[i].period, folded = std::abs(f - std::round(f));
-      if (f > kNyquist && std::abs(folded - 1 / all[j].period) < kSameLine / span) return true;
+      const double f = k / all[i].period;
+      if (f > kNyquist && std::abs(Folded(f) - 1 / all[j].period) < kSameLine / span) return true;
     }
     return false;
   };
@@ -138,9 +135,9 @@ double WithItsLines(const HarmonicFit& fit, double period, int harmonics, double
       double evidence = 0, first = 0;
       for (int h = 1; h <= kLinesOfMultiple * m; ++h) {
         if (h % m == 0) continue;
-        const double f = h / (m * period), folded = std::abs(f - std::round(f));
+        const double f = h / (m * period);
         // Too near to frequency 0, or to a line that the period has as well: there are no neighbours to stand out from.
-        if (folded * fit.span() < kGround) continue;
+        if (Folded(f) * fit.span() < kGround) continue;
         const double e = LineEvidence(rest, f, fit.span());
         evidence += std::min(e, kMostEvidence);
         if (e > kLine) ++lines;

@@ -5,6 +5,7 @@
 
 #include "scene/geometry/median.h"
 #include "timeperiodic/least_squares.h"
+#include "timeperiodic/spectrum.h"
 
 namespace lumi {
 namespace {
@@ -77,16 +78,17 @@ std::vector<std::pair<Eigen::Index, int>> FindSlips(const HarmonicFit& fit, doub
 // Of a period near a whole number of frames, a harmonic beyond half the frame rate folds back beside a slower one, and
 // stands in for a shift of it: the period is known as well as the harmonics that do not fold agree with it.
 constexpr double kFoldedBeside = 0.5;  // cycles over the video
+int HarmonicsThatDoNotFold(double period) { return std::max(1, static_cast<int>(kNyquist * period)); }
 bool FoldsOntoItself(double period, int harmonics, double span) {
-  const int plain = std::max(1, static_cast<int>(period / 2));
+  const int plain = HarmonicsThatDoNotFold(period);
   for (int h = plain + 1; h <= harmonics; ++h) {
-    const double folded = std::abs(h / period - std::round(h / period));
     for (int slow = 1; slow <= plain; ++slow)
-      if (std::abs(folded - slow / period) * span < kFoldedBeside) return true;
+      if (std::abs(Folded(h / period) - slow / period) < kFoldedBeside / span) return true;
   }
   return false;
 }
 
+// The video's, two a cycle.
 Eigen::Index Parts(const HarmonicFit& fit, double period) {
   return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(2 * fit.span() / period), kFewestParts, kMostParts);
 }
@@ -143,7 +145,7 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
   TimedPeriod t;
   t.period = taken.period;
   t.harmonics = std::max(1, taken.fit.harmonics);
-  const double own = s.modulation.cols() > 0 ? kMovingCamera : 1;
+  const double widened = s.modulation.cols() > 0 ? kMovingCamera : 1;
   const VectorXd slipped = UndoSlips(fit, s, t.harmonics, t.period, t.slips);
   // A drift bends the phase; straightened a little at a time.
   if (fit.span() / t.period >= kCyclesToBend) {
@@ -160,7 +162,7 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
     }
     // Lead c u^2, u from -1/2 to 1/2 over the span: the phase runs faster by 2 c u / span.
     t.drift_percent = -200 * c / fit.span();
-    t.drift_sigma_percent = 200 * own * LeadOverTime(fit, t.period, t.harmonics, 2).sigma[2] / fit.span();
+    t.drift_sigma_percent = 200 * widened * LeadOverTime(fit, t.period, t.harmonics, 2).sigma[2] / fit.span();
     if (std::abs(1 / t.period - 1 / unbent) * fit.span() > kMostBent) {
       t.period = unbent;
       t.drift_percent = 0;
@@ -176,10 +178,12 @@ TimedPeriod FitTime(HarmonicFit& fit, const Signals& s, const Refined& taken, do
   if (last.explained > 0) t.harmonics = last.harmonics;
   // At 2 frames the fit is flat, and wanders below.
   t.period = std::max(min_period, fit.Refine(t.period, t.harmonics, kTimeReach));
-  t.sigma = own * fit.PeriodSigma(t.period, t.harmonics, Parts(fit, t.period));
+  t.sigma = widened * fit.PeriodSigma(t.period, t.harmonics, Parts(fit, t.period));
   t.explained = std::max(last.explained, taken.fit.explained);
-  if (const int plain = std::max(1, static_cast<int>(t.period / 2)); FoldsOntoItself(t.period, t.harmonics, fit.span()))
-    t.sigma = std::max(t.sigma, std::abs(fit.Refine(t.period, plain, kTimeReach) - t.period));
+  if (FoldsOntoItself(t.period, t.harmonics, fit.span())) {
+    const double by_others = fit.Refine(t.period, HarmonicsThatDoNotFold(t.period), kTimeReach);
+    t.sigma = std::max(t.sigma, std::abs(by_others - t.period));
+  }
   return t;
 }
 

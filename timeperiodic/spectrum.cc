@@ -20,11 +20,10 @@ bool IsWhole(double frames) { return std::abs(frames - std::round(frames)) < kWh
 
 }  // namespace
 
+double Folded(double f) { return std::abs(f - std::round(f)); }
+
 double Spectrum::At(double f) const {
-  if (folds) {
-    f -= std::floor(f);
-    if (f > 0.5) f = 1 - f;
-  }
+  if (folds) f = Folded(f);
   const auto i = static_cast<std::size_t>(std::lround(std::abs(f) / step));
   if (!folds && i >= power.size()) return 0;
   return power[std::min(i, power.size() - 1)];

@@ -8,6 +8,12 @@
 
 namespace lumi {
 
+constexpr double kNyquist = 0.5;   // cycles a frame: what is faster is seen folded back below
+constexpr double kSameLine = 0.7;  // cycles over the video: frequencies nearer than this are one line
+
+// Where frames show a frequency: folded back to 0 ... kNyquist. Cycles a frame.
+double Folded(double cycles_per_frame);
+
 struct Spectrum {
   double step = 0;  // cycles a frame, from one value to the next; the first is at 0
   // Share of the variance, up to half a cycle a frame; where times are no whole frames, several cycles: what is faster

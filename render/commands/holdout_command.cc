@@ -90,9 +90,9 @@ void RemoveOthers(const std::filesystem::path& folder, const std::vector<Holdout
 void TakeEvaluationProxy(RenderJob& job) {
   const std::string proxy = ProxyOf(job, {0});
   if (proxy == job.lumigraph.proxy_name()) {
-    if (const std::string saw = HowAProxySaw(job.scene().folder, proxy, job.options.holdout);
-        job.lumigraph.one_mesh() && !saw.empty())
-      job.sink.Message(saw);
+    if (!job.lumigraph.one_mesh()) return;
+    const std::string remark = RemarkOnProxyThatSaw(job.scene().folder, proxy, job.options.holdout);
+    if (!remark.empty()) job.sink.Message(remark);
     return;
   }
   job.lumigraph.StandIn(LoadProxy(job.scene(), proxy));

@@ -27,7 +27,7 @@ std::string ProxyFor(const std::filesystem::path& scene_folder, const std::strin
   return name;
 }
 
-std::string HowAProxySaw(const std::filesystem::path& scene_folder, const std::string& name, int holdout) {
+std::string RemarkOnProxyThatSaw(const std::filesystem::path& scene_folder, const std::string& name, int holdout) {
   if (IsMeshFile(name)) return {};  // nobody knows what a file was made of
   const auto record = ReadProvenance(scene_folder, "proxy-" + name);
   const auto kind = record ? record->options.find("kind") : std::map<std::string, std::string>::const_iterator();

@@ -19,6 +19,6 @@ std::string ProxyFor(const std::filesystem::path& scene_folder, const std::strin
 
 // What to say of a proxy that lumi-proxy made of all photos and whose shape follows them: it has seen those that it is
 // judged by. Empty where that is not known.
-std::string HowAProxySaw(const std::filesystem::path& scene_folder, const std::string& name, int holdout);
+std::string RemarkOnProxyThatSaw(const std::filesystem::path& scene_folder, const std::string& name, int holdout);
 
 }  // namespace lumi

@@ -75,7 +75,8 @@ std::string Workbench::Evaluated(const std::string& proxy, ProgressSink& sink) {
   const int n = HoldoutWithPhotos(scene(), o_.holdout, Fold::kChoose);
   const std::string evaluated = ProxyFor(scene().folder, proxy, n, {0});
   if (evaluated == proxy) {
-    if (const std::string saw = HowAProxySaw(scene().folder, proxy, n); !saw.empty()) sink.Message(saw);
+    const std::string remark = RemarkOnProxyThatSaw(scene().folder, proxy, n);
+    if (!remark.empty()) sink.Message(remark);
     return proxy;
   }
   evaluated_[proxy] = evaluated;

@@ -14,7 +14,7 @@ kept() {
   minutes=$(grep -o '"minutes": *{[^}]*}' <<<"$json")
   error=$(grep -o '"psnr_mean_db": *[0-9.]*, *"psnr_seen_mean_db": *[0-9.]*' <<<"$json" | tail -n 1)
   printf '| %s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$3" "$(json_figure "$minutes" took 1)" "$(json_text "$minutes" quality)" \
-    "$(json_figure "$minutes" expected_camera_minutes 1)" "$(grep -o '"left_out": *\[[^]]*\]' <<<"$minutes" | grep -o '"[a-z-]*"' | tail -n +2 | tr -d '"' | tr '\n' ' ')" \
+    "$(json_figure "$minutes" expected_camera_minutes 1)" "$(grep -o '"left_out": *\[[^]]*\]' <<<"$minutes" | grep -o '"[a-z-]*"' | tr -d '"' | tr '\n' ' ')" \
     "$(grep -o '"met": *[a-z]*' <<<"$minutes" | grep -o '[a-z]*$')" "$(json_figure "$error" psnr_mean_db)" "$(json_figure "$error" psnr_seen_mean_db)"
 }
 for minutes in 0.3 1 2 4; do kept desk "$work/desk-capture/images" "$minutes"; done

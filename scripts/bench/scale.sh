@@ -3,12 +3,12 @@
 # Programs: lumi-simulate lumi-render
 . "${BASH_SOURCE[0]%/*}/common.sh"
 
-# street_part NAME METRES WIDTH: the street's first metres, as densely photographed as the whole: a photo to either side every 0.4 m.
+# street_part METRES: the street's first metres, as densely photographed as the whole: a photo to either side every 0.4 m.
 street_part() {
-  local name=$1 metres=$2 width=$3
+  local name=street-$1 metres=$1
   [ -d "$work/$name/truth" ] && return
   sed "s/\"views\": 2500/\"views\": $((metres * 5 / 2))/; s/1006/$((metres + 6))/g" simulate/examples/street.json >"$work/$name.json"
-  "$bin/lumi-simulate" "$work/$name.json" --width "$width" -o "$work/$name" --quiet >/dev/null
+  "$bin/lumi-simulate" "$work/$name.json" --width 240 -o "$work/$name" --quiet >/dev/null
 }
 # seconds COMMAND...: how long it took.
 seconds() {
@@ -28,7 +28,7 @@ TEXT
   printf '| metres | photos | opening s | its peak MB | a frame ms | bytes a photo: lumigraph.json | sparse/ |\n|---|---|---|---|---|---|---|\n'
   for metres in 10 100 1000; do
     scene=$work/street-$metres
-    street_part "street-$metres" "$metres" 240
+    street_part "$metres"
     local at=("$scene" -o "$work/street-frame" --view street_0012.jpg --width 960 --grid 25x25 --quiet)
     rm -rf "$work/street-frame"
     opening=$(seconds peak_mb "$work/street-mb" "$bin/lumi-render" "${at[@]}" --effects none)

@@ -37,8 +37,8 @@ struct Kind {
   double uneven_frames = 0;  // standard deviation of the times at which frames were taken, unknown to the finder
 };
 
-// Seeds of tests are small.
-constexpr unsigned kSeed = 90'000;
+// Seeds of tests are small. Videos 90,000 ... showed where the finder fell short, and it was mended by them.
+constexpr unsigned kSeed = 200'000;
 
 struct Found {
   double truth = 0, period = 0, sigma = 0;

@@ -5,6 +5,7 @@
 #include "render/holdout/holdout.h"
 #include "scene/files/evaluation_proxy.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 
@@ -66,6 +67,24 @@ TEST_F(ProxyForPhotos, LeftOutEachInTurnIsOfThePhotosFold) {
   EXPECT_EQ(Of(kHoldoutEach, 4), "mesh-without-each-4-of-5");
   EXPECT_EQ(Of(kHoldoutEach, 13), "mesh-without-each-3-of-5");
   EXPECT_EQ(Of(8), "mesh");
+}
+
+TEST_F(ProxyForPhotos, OfAllPhotosIsSaidToHaveSeenThoseItIsJudgedBy) {
+  const auto recorded = [&](const char* kind, bool leaves_out) {
+    Provenance p;
+    p.stage = "proxy-mesh";
+    p.options["kind"] = kind;
+    if (leaves_out) p.options["leave_out"] = "8";
+    WriteProvenance(folder_.path(), p);
+    return RemarkOnProxyThatSaw(folder_.path(), "mesh", 8);
+  };
+  EXPECT_EQ(RemarkOnProxyThatSaw(folder_.path(), "mesh", 8), "") << "nobody knows";
+  EXPECT_NE(recorded("dense", false).find("lumi-proxy dense " + folder_.path().string() + " --leave-out 8"),
+            std::string::npos);
+  EXPECT_NE(recorded("hull", false), "");
+  EXPECT_EQ(recorded("hull", false).find("--leave-out"), std::string::npos) << "hulls have no such option";
+  EXPECT_EQ(recorded("dense", true), "");
+  EXPECT_EQ(recorded("import", false), "") << "made elsewhere";
 }
 
 }  // namespace

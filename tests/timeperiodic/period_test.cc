@@ -82,6 +82,7 @@ TEST(Period, OfAMovingVideoIsFoundAgainstTheAlignedBackground) {
 }
 
 TEST(Period, OfAMovingVideoKnowsItsOwnError) {
+  // As above, of fewer videos; what is claimed of a moving camera is on the safe side.
   double sum = 0;
   constexpr int kVideos = 6;
   for (int k = 0; k < kVideos; ++k) {
