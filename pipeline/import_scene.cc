@@ -86,7 +86,9 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
 
   StageResult result;
   result.name = kStage;
-  result.reused = IsUpToDate(options.output, wanted);
+  // Killed between its record and the mark's removal: only a whole import removes the mark.
+  std::error_code no_mark;
+  result.reused = IsUpToDate(options.output, wanted) && !fs::exists(options.output / kUnfinishedMark, no_mark);
   if (!result.reused) {
     std::error_code error;
     const bool had_manifest = fs::exists(options.output / "lumigraph.json", error);

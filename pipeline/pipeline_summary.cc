@@ -4,6 +4,7 @@
 #include "pipeline/pipeline.h"
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
+#include "scene/program/with_error.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -63,8 +64,8 @@ static std::string LineOf(const StageResult& stage) {
   }
   if (stage.name == "timeperiodic") {
     const auto s = stage.summary.As<sibling::TimedSummary>();
-    return fmt::format("{}period {:.3f} +- {:.3f} frames, {:.1f} samples a window\n", kIndent, s.period_frames,
-                       s.period_sigma_frames, s.samples_per_window);
+    return fmt::format("{}period {} frames, {:.1f} samples a window\n", kIndent,
+                       WithError(s.period_frames, s.period_sigma_frames), s.samples_per_window);
   }
   if (stage.name == "web") {
     const auto s = stage.summary.As<sibling::WebPageSummary>();

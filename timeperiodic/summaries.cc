@@ -1,4 +1,5 @@
 #include "timeperiodic/summaries.h"
+#include "scene/program/with_error.h"
 
 #include <fmt/format.h>
 
@@ -37,9 +38,9 @@ static std::string Describe(const std::optional<PeriodTradeoff>& tradeoff) {
 std::string Describe(const PeriodSummary& s) {
   const PeriodEstimate& e = s.estimate;
   return fmt::format(
-             "period {:.6g} frames +- {:.2g} ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of "
-             "one frame",
-             e.period_frames, e.sigma_frames, e.period_frames / s.fps, e.cycles, s.frames, s.samples_per_window) +
+             "period {} frames ({:.5g} s), {:.1f} of them in {} frames: {:.3g} samples in a window of one frame",
+             WithError(e.period_frames, e.sigma_frames), e.period_frames / s.fps, e.cycles, s.frames,
+             s.samples_per_window) +
          Describe(s.tradeoff);
 }
 
@@ -72,7 +73,7 @@ void ListKeys(JsonKeys& j, CalibratedVideo& s) {
 std::string Describe(const CalibratedVideo& s) {
   const PeriodEstimate& e = s.period.estimate;
   std::string lines =
-      fmt::format("period {:.6g} frames +- {:.2g} (from the {})", e.period_frames, e.sigma_frames, s.period_from);
+      fmt::format("period {} frames (from the {})", WithError(e.period_frames, e.sigma_frames), s.period_from);
   if (s.masks.found) lines += fmt::format("; {:.1f} % of the picture moves", 100 * s.masks.moving_share.value_or(0));
   if (!s.sampling)
     return lines + "\nmasks in " + s.scene.string() + "/timeperiodic/masks: look at them, and give them with --masks";

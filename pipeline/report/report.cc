@@ -18,6 +18,7 @@
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/version.h"
+#include "scene/program/with_error.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -250,8 +251,9 @@ std::string SamplingHtml(const ReportInput& input) {
   if (!timed.sampling) return {};
   const SpaceTimeSampling& sampling = *timed.sampling;
   std::vector<std::vector<std::string>> rows{
-      {"period", fmt::format("{:.6g} &#177; {:.2g} frames, {:.4g} s (from the {})", timed.period_frames,
-                             timed.period_sigma_frames, timed.period_s, EscapeHtml(timed.period_from))},
+      {"period", fmt::format("{} frames, {:.4g} s (from the {})",
+                             WithError(timed.period_frames, timed.period_sigma_frames, " &#177; "), timed.period_s,
+                             EscapeHtml(timed.period_from))},
       {"photos in a window of one frame",
        fmt::format("{:.3g} on average, {:.0f} to {:.0f}", sampling.samples_per_window, sampling.window_least,
                    sampling.window_most)},

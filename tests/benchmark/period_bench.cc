@@ -44,6 +44,7 @@ struct Found {
   double truth = 0, period = 0, sigma = 0;
   int frames = 0, harmonics = 0;
   double drift_percent = 0;
+  bool warned = false;
 };
 
 Found Try(const Kind& kind, unsigned seed) {
@@ -89,6 +90,7 @@ Found Try(const Kind& kind, unsigned seed) {
     }
     found.period = e.period_frames, found.sigma = e.sigma_frames;
     found.frames = video.frames, found.harmonics = e.harmonics, found.drift_percent = e.drifts ? e.drift_percent : 0;
+    found.warned = !e.warnings.empty();
   } catch (const DataError&) {  // refused
   }
   return found;
@@ -103,7 +105,7 @@ double Quantile(std::vector<double> values, double part) {
 void Row(const Kind& kind, int videos) {
   std::vector<Found> all(static_cast<std::size_t>(videos));
   ParallelEach(all.size(), 1, [&](std::size_t i) { all[i] = Try(kind, kSeed + static_cast<unsigned>(i)); });
-  int refused = 0, right = 0, multiple = 0;
+  int refused = 0, right = 0, multiple = 0, warned_right = 0, warned_else = 0;
   std::vector<double> percent, sigmas;
   double square = 0;
   for (const Found& f : all) {
@@ -112,6 +114,7 @@ void Row(const Kind& kind, int videos) {
     const auto near = [&](double truth) {
       return std::abs(f.period - truth) <= std::max(kRight * truth, kind.most_cycles < 3 ? kRightFrames : 0);
     };
+    (near(f.truth) ? warned_right : warned_else) += f.warned;
     if (!near(f.truth)) {
       multiple += std::ranges::any_of(std::vector{0.5, 1 / 3.0, 2.0, 3.0}, [&](double m) { return near(m * f.truth); });
       continue;
@@ -126,9 +129,10 @@ void Row(const Kind& kind, int videos) {
                  kind.name, &f - all.data(), f.period, f.truth, f.sigma, f.frames, f.harmonics, f.drift_percent);
   }
   const auto within = std::ranges::count_if(sigmas, [](double s) { return s <= 2; });
-  fmt::print("| {} | {} | {} | {} | {} | {} | {:.4f} | {:.2f} | {} % |\n", kind.name, videos, right, multiple,
-             videos - right - multiple - refused, refused, Quantile(percent, 0.5),
-             right ? std::sqrt(square / right) : 0, right ? 100 * within / right : 0);
+  fmt::print("| {} | {} | {} | {} | {} | {} | {} of {} | {} of {} | {:.4f} | {:.2f} | {} % |\n", kind.name, videos,
+             right, multiple, videos - right - multiple - refused, refused, warned_right, right, warned_else,
+             videos - right - refused, Quantile(percent, 0.5), right ? std::sqrt(square / right) : 0,
+             right ? 100 * within / right : 0);
   std::fflush(stdout);
 }
 
@@ -137,9 +141,8 @@ void Row(const Kind& kind, int videos) {
 int main(int argc, char** argv) {
   const int videos = argc > 1 ? std::max(1, std::atoi(argv[1])) : 40;
   std::printf(
-      "| video | videos | right | a multiple | another | refused | error %%, median | error in sigmas, rms | within "
-      "two "
-      "|\n|---|---|---|---|---|---|---|---|---|\n");
+      "| video | videos | right | a multiple | another | refused | with a warning: right ones | others | error %%, "
+      "median | error in sigmas, rms | within two |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Kind& kind : {Kind{"a wheel, 3 to 20 turns", Motion::kTurns, 3, 20},
                            Kind{"a wheel that wavers, 3 to 20 turns", Motion::kWavers, 3, 20},
                            Kind{"a pendulum, 3 to 20 swings", Motion::kSwings, 3, 20},

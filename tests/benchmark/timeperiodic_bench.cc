@@ -20,6 +20,7 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/subprocess.h"
+#include "scene/program/with_error.h"
 
 namespace {
 
@@ -42,8 +43,9 @@ void Row(const std::string& name, const fs::path& video, bool moving, double tru
   if (moving) arguments.emplace_back("--moving");
   const json j = Run("lumi-timeperiodic", arguments);
   const double period = j["period_frames"];
-  std::printf("| %s | %d | %.2f | %.4f +- %.4f | %+.4f | %.1f |\n", name.c_str(), j["frames"].get<int>(), truth, period,
-              j["period_sigma_frames"].get<double>(), 100 * (period / truth - 1), j["seconds"].get<double>());
+  std::printf("| %s | %d | %.2f | %s | %+.5f | %.1f |\n", name.c_str(), j["frames"].get<int>(), truth,
+              WithError(period, j["period_sigma_frames"].get<double>()).c_str(), 100 * (period / truth - 1),
+              j["seconds"].get<double>());
   std::fflush(stdout);
 }
 

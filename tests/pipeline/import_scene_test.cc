@@ -61,6 +61,15 @@ TEST(ImportScene, GoesOnAfterItWasKilled) {
   EXPECT_EQ(OpenScene(w.output, {}, SilentProgress()).views.size(), 5U);
 }
 
+TEST(ImportScene, OneThatWasKilledBeforeItsMarkWentRemovesIt) {
+  const Workspace w;
+  w.Import();
+  WriteTextAtomically(w.output / "IMPORT-UNFINISHED", "");
+  w.Import();
+  EXPECT_FALSE(fs::exists(w.output / "IMPORT-UNFINISHED"));
+  EXPECT_TRUE(w.Import().reused);
+}
+
 TEST(ImportScene, LeavesSomebodyElsesFolderAlone) {
   const Workspace w;
   WriteTextAtomically(w.output / "thesis.txt", "years of work");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/program/out_of_memory.h"
 #include "scene/program/printable.h"
+#include "scene/program/with_error.h"
 
 namespace lumi {
 namespace {
@@ -234,6 +236,16 @@ TEST(Program, AFailureIsOneLineWhateverAFileIsCalled) {
   // Cut off, longer than need be, a surrogate, beyond the last character.
   for (const char* text : {"\xc3", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "caf\xe9"})
     EXPECT_FALSE(IsUtf8(text)) << Printable(text);
+}
+
+TEST(WithError, BothHaveTheDeviationsSecondDigit) {
+  EXPECT_EQ(WithError(15.3700123, 0.0000312), "15.370012 +- 0.000031");
+  EXPECT_EQ(WithError(21.21, 0.26), "21.21 +- 0.26");
+  EXPECT_EQ(WithError(150.3514, 2.5, " &#177; "), "150.4 &#177; 2.5");
+  EXPECT_EQ(WithError(1503.7, 250), "1504 +- 250");
+  EXPECT_EQ(WithError(15.37, 1e-14), "15.370000000 +- 0.000000000");  // nine decimals at most
+  EXPECT_EQ(WithError(15.37, 0), "15.37");
+  EXPECT_EQ(WithError(15.37, std::numeric_limits<double>::quiet_NaN()), "15.37");
 }
 
 // The words that a shell offers next.

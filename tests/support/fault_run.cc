@@ -99,7 +99,8 @@ FaultRun FaultServer::Run(long at) {
     pollfd told{told_, POLLIN, 0};
     constexpr int kLimitMs = 300'000;
     if (::poll(&told, 1, kLimitMs) != 1 || ::read(told_, &c, 1) != 1)
-      throw std::runtime_error("the run has not ended: " + Whole(folder_ / "err"));
+      throw std::runtime_error("the run with fault " + std::to_string(at) +
+                               " has not ended: " + Whole(folder_ / "err") + Whole(folder_ / "log"));
     status += c;
   }
   const int ended = std::stoi(status);
