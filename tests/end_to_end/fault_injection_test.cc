@@ -534,7 +534,8 @@ TEST_F(FaultInjection, ProxySimplifyTradeoff) {
             {"scene/tradeoff/", "scene/provenance/measured-"}});
 }
 TEST_F(FaultInjection, RenderTradeoff) {
-  SweepAll({{"lumi-render", "tradeoff", "@/scene", "-o", "@/measured", "--quick", "--width", "32", "--holdout", "2"},
+  SweepAll({{"lumi-render", "tradeoff", "@/scene", "-o", "@/measured", "--quick", "--width", "32", "--holdout", "2",
+             "--proxy", "sparse", "--views", "1", "--repeats", "1"},
             {"scene/images"},
             {},
             "",

@@ -1,0 +1,17 @@
+#include "scene/program/with_error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumi {
+
+std::string WithError(double value, double sigma, std::string_view between) {
+  if (!(sigma > 0) || !std::isfinite(sigma)) return fmt::format("{:.6g}", value);
+  constexpr int kMostDecimals = 9;
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, kMostDecimals);
+  return fmt::format("{:.{}f}{}{:.{}f}", value, decimals, between, sigma, decimals);
+}
+
+}  // namespace lumi
