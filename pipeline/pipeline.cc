@@ -5,27 +5,24 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
-#include <future>
+#include <functional>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 
 #include "pipeline/depth_maps_in_parts.h"
+#include "pipeline/fitting_options.h"
 #include "pipeline/import_scene.h"
 #include "pipeline/input_kind.h"
-#include "pipeline/named_remarks.h"
 #include "pipeline/qualities.h"
 #include "pipeline/report/report.h"
 #include "pipeline/sibling_summaries.h"
-#include "pipeline/work_times.h"
+#include "pipeline/stage_runner.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/provenance.h"
 #include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
-#include "scene/program/subprocess.h"
 #include "scene/program/version.h"
 
 namespace lumi {
@@ -33,20 +30,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kFewestPhotosForHoldout = 4;  // below, leaving one out says little about the rest
-
-// Refuses paths of which one would lie in the other, before anything is started.
-void RequireSeparatePaths(const PipelineOptions& options, InputKind kind) {
-  if (kind == InputKind::kOurScene) return;
-  for (const fs::path& input : options.inputs.size() > 1 ? options.inputs : std::vector{options.input})
-    if (IsWithin(input, options.output))
-      throw UsageError(fmt::format("{} lies inside the output {}", input.string(), options.output.string()),
-                       "choose an output that does not contain the input");
-  std::error_code error;
-  if (fs::is_directory(options.input, error) && IsWithin(options.output, options.input))
-    throw UsageError(
-        fmt::format("the output {} lies inside the input {}", options.output.string(), options.input.string()),
-        "choose an output beside it");
-}
 
 // Of the minutes that a run was given a fifth is for evaluation, film, page and report; depth maps get two thirds of
 // what is left after the cameras, as auto meshes and measures besides. To a tenth of a minute.
@@ -82,22 +65,22 @@ class Run {
     if (std::error_code error; HasVideoExtension(summary_.scene) && !fs::is_directory(summary_.scene, error))
       throw UsageError(fmt::format("-o {}: it names the folder of the scene, not a film", summary_.scene.string()),
                        "its fly-through is SCENE/fly-through.mp4; --stabilize MODEL makes a film of a shaky video");
-    RequireOptionsForKind(kind);
+    RequireOptionsForKind(options_, kind);
     if (options_.minutes) ChooseQuality();
     PipelineOptions placed = options_;
     placed.output = summary_.scene;
     RequireSeparatePaths(placed, kind);
     // With an executor, files are written there before the first stage's program checks the folder.
     if (options_.executor && kind != InputKind::kOurScene) RequireOurFolder(summary_.scene, "provenance");
-    times_.emplace(summary_.scene);
 
     const bool in_place = kind == InputKind::kOurScene && IsWithin(summary_.scene, options_.input) &&
                           IsWithin(options_.input, summary_.scene);
     const bool calibrate = !options_.calibration.empty() && !IsCameraFile(options_.calibration);
-    count_ = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 +
-             (DepthMapsInParts() ? 1 : 0) + (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) +
-             (options_.video ? 1 : 0) + (options_.web ? 1 : 0) + 1;
+    const int count = (calibrate ? 1 : 0) + (in_place ? 0 : 1) + (HasSilhouetteSource(options_) ? 1 : 0) + 1 +
+                      (DepthMapsInParts() ? 1 : 0) + (options_.faces > 0 ? 1 : 0) + (options_.holdout > 0 ? 1 : 0) +
+                      (options_.video ? 1 : 0) + (options_.web ? 1 : 0) + 1;
 
+    stages_.emplace(summary_.scene, options_, count, progress_);
     Announce(kind, in_place, calibrate);
     if (calibrate) Calibrate();
     if (!in_place) MakeCameras(kind);
@@ -107,8 +90,12 @@ class Run {
     if (options_.holdout > 0) Evaluate(in_place);
     if (options_.video && TimeFor("video", options_.video_seconds * kFilmSecondsASecond)) MakeVideo();
     if (options_.web && TimeFor("web", kPageSeconds)) MakeWebPage();
-    RunWaiting();
+    stages_->RunWaiting([&](const std::string& name, const std::function<void()>& keep) {
+      name == kWeb ? PageOrReason(keep) : keep();
+    });
     Report();
+    summary_.stages = stages_->results();
+    summary_.colmap_seconds = stages_->colmap_seconds();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     if (summary_.minutes) JudgeMinutes();
     return summary_;
@@ -185,7 +172,7 @@ class Run {
   // By what the stages took when they did their work: a second run decides as the first did.
   double MinutesLeft() const {
     double seconds = 0;
-    for (const StageResult& s : summary_.stages) seconds += s.computed_seconds;
+    for (const StageResult& s : stages_->results()) seconds += s.computed_seconds;
     return *options_.minutes - seconds / 60;
   }
 
@@ -194,7 +181,7 @@ class Run {
     if (!options_.minutes || 60 * MinutesLeft() >= seconds) return true;
     progress_.Message(fmt::format("{} is left out: no time is left of {:g} minutes", stage, *options_.minutes));
     summary_.minutes->left_out.push_back(stage);
-    --count_;
+    stages_->LeaveOut();
     return false;
   }
 
@@ -203,7 +190,7 @@ class Run {
     kept.took = *options_.minutes - MinutesLeft();
     kept.met = kept.took <= kept.asked;
     if (kept.met) return;
-    const auto most = std::ranges::max_element(summary_.stages, {}, &StageResult::computed_seconds);
+    const auto most = std::ranges::max_element(stages_->results(), {}, &StageResult::computed_seconds);
     progress_.Message(fmt::format(
         "{:g} minutes were not kept: {:.1f} were taken, {:.1f} of them by {}; fewer or smaller photos take less",
         kept.asked, kept.took, most->computed_seconds / 60, most->name));
@@ -211,7 +198,7 @@ class Run {
 
   // Photos that have a camera.
   int PhotosPlaced() const {
-    for (const StageResult& s : summary_.stages)
+    for (const StageResult& s : stages_->results())
       if (const auto cameras = s.summary.As<sibling::CamerasSummary>(); cameras.images_registered > 0)
         return cameras.images_registered;
     OpenOptions open;
@@ -228,64 +215,14 @@ class Run {
     return options_.minutes ? std::min(minutes, DepthMinutesOf(*options_.minutes, MinutesLeft())) : minutes;
   }
 
-  void RequireOptionsForKind(InputKind kind) const {
-    if (kind != InputKind::kCapture && (!options_.reconstruct_arguments.empty() || !options_.calibration.empty()))
-      throw UsageError(
-          fmt::format("{} is for photos or a video, and {} has its cameras already",
-                      options_.calibration.empty() ? options_.reconstruct_arguments.front() : "--calibration",
-                      options_.input.string()),
-          "give its folder of photos, with --poses none, to find the cameras anew");
-    std::error_code error;
-    if (options_.inputs.size() > 1 && kind != InputKind::kCapture)
-      throw UsageError(fmt::format("{} is no video: several inputs are videos of one place", options_.input.string()),
-                       "give one scene or workspace");
-    if (options_.periodic && (kind != InputKind::kCapture || fs::is_directory(options_.input, error)))
-      throw UsageError(fmt::format("--periodic is for one video, and {} is none", options_.input.string()),
-                       "give the video file");
-    if (!options_.fixed_video.empty() && !fs::exists(options_.fixed_video, error))
-      throw InputError(options_.fixed_video, "no such file", "what --fixed-video names");
-    if (!options_.calibration.empty() && !fs::exists(options_.calibration, error))
-      throw InputError(options_.calibration, "no such file or folder", "what --calibration names");
-  }
-
   // The first of these names that was a stage.
   const StageResult& StageNamed(const std::set<std::string>& names) const {
-    return *std::ranges::find_if(summary_.stages, [&](const StageResult& s) { return names.contains(s.name); });
-  }
-
-  void Add(StageResult stage) {
-    if (!stage.reused)
-      times_->Keep(stage.name, {stage.seconds, stage.summary.As<sibling::CamerasSummary>().colmap_seconds});
-    const WorkTime time = times_->Of(stage.name, {stage.seconds, 0});
-    stage.computed_seconds = time.seconds;
-    summary_.colmap_seconds += time.colmap_seconds;
-    summary_.stages.push_back(std::move(stage));
-  }
-
-  void Start(const std::string& name, const std::string& program, std::vector<std::string> arguments) {
-    Add(RunSiblingStage(StageOf(name, program, std::move(arguments), summary_.stages.size()), progress_));
-  }
-  // `before`: stages before this one. `wanted`: see ExecutedStage.
-  SiblingStage StageOf(const std::string& name, const std::string& program, std::vector<std::string> arguments,
-                       std::size_t before, const std::string& wanted = {}) const {
-    return {name,
-            program,
-            WithCommonOptions(std::move(arguments)),
-            static_cast<int>(before) + 1,
-            count_,
-            options_.executor.get(),
-            wanted};
-  }
-
-  std::vector<std::string> WithCommonOptions(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.end(),
-                     {"--threads", std::to_string(options_.threads), "--seed", std::to_string(options_.seed)});
-    return arguments;
+    return *std::ranges::find_if(stages_->results(), [&](const StageResult& s) { return names.contains(s.name); });
   }
 
   void MakeCameras(InputKind kind) {
     if (kind != InputKind::kCapture) {
-      Add(ImportScene({options_.input, summary_.scene, options_.rescale_cameras}, progress_));
+      stages_->Add(ImportScene({options_.input, summary_.scene, options_.rescale_cameras}, progress_));
       return;
     }
     if (options_.periodic) {
@@ -299,7 +236,7 @@ class Run {
       for (const std::string& a : options_.reconstruct_arguments)
         if (a != "--all-frames") arguments.push_back(a);
       AddCamera(arguments);
-      Start("timeperiodic", "lumi-timeperiodic", std::move(arguments));
+      stages_->Start("timeperiodic", "lumi-timeperiodic", std::move(arguments));
       return;
     }
     std::vector<std::string> arguments{options_.input.string()};
@@ -308,7 +245,7 @@ class Run {
     arguments.insert(arguments.end(), options_.reconstruct_arguments.begin(), options_.reconstruct_arguments.end());
     if (options_.rescale_cameras) arguments.emplace_back("--rescale-cameras");
     AddCamera(arguments);
-    Start("reconstruct", "lumi-reconstruct", std::move(arguments));
+    stages_->Start("reconstruct", "lumi-reconstruct", std::move(arguments));
   }
 
   // Intrinsics that were calibrated are held.
@@ -317,99 +254,24 @@ class Run {
       arguments.insert(arguments.end(), {"--camera", (camera_.empty() ? options_.calibration : camera_).string()});
   }
 
-  // lumi-calibrate and lumi-render write wherever they are told to, so what they made here is recorded here: options
-  // (names and values), what was read (`inputs`), what was written, and the summary. `paths` goes before the options.
-  // A stage whose record this program keeps, because its program writes none into the scene.
-  struct Recorded {
-    std::string name, program;
-    std::vector<std::string> arguments;
-    Provenance wanted;
-    fs::path record;
-    std::vector<fs::path> outputs;
-    std::optional<StageResult> reused = {};  // nothing is to be done
-  };
-
-  // waits: until RunWaiting.
-  void StartRecorded(const std::string& name, const std::string& program, const std::map<std::string, fs::path>& inputs,
-                     const std::vector<fs::path>& outputs, const std::vector<std::string>& paths,
-                     std::vector<std::string> arguments, bool waits = false) {
-    Provenance wanted;
-    wanted.stage = name;
-    wanted.version = kVersion;
-    for (std::size_t i = 0; i + 1 < arguments.size(); i += 2) wanted.options[arguments[i].substr(2)] = arguments[i + 1];
-    for (const auto& [part, path] : inputs) wanted.inputs[part] = Fingerprint(path);
-    wanted.inputs[program] = Fingerprint(SiblingProgram(program));
-    const fs::path record = summary_.scene / "provenance" / (name + ".summary");
-
-    arguments.insert(arguments.begin(), paths.begin(), paths.end());
-    const auto start = Clock::now();
-    Recorded stage{name, program, std::move(arguments), std::move(wanted), record, outputs};
-    if (IsUpToDate(summary_.scene, stage.wanted)) {
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      stage.reused = {name,    seconds,
-                      true,    JsonKeys::Parse(ReadText(record)).value_or(JsonKeys()),
-                      seconds, CommandOf(program, WithCommonOptions(stage.arguments))};
-    }
-    if (waits) {
-      waiting_.push_back(std::move(stage));
-      return;
-    }
-    Keep(stage, stage.reused ? *stage.reused : RunSiblingStage(JobOf(stage, summary_.stages.size()), progress_));
-  }
-
-  SiblingStage JobOf(const Recorded& stage, std::size_t before) const {
-    return StageOf(stage.name, stage.program, stage.arguments, before, JsonKeys(stage.wanted).Text());
-  }
-
-  // Records a stage that has ended.
-  void Keep(Recorded& stage, const StageResult& result) {
-    Add(result);
-    if (stage.reused) return;
-    stage.wanted.seconds = result.seconds;
-    const FolderLock lock(summary_.scene);
-    WriteTextAtomically(stage.record, result.summary.Text());
-    stage.wanted.outputs[stage.record.lexically_relative(summary_.scene).generic_string()] = Fingerprint(stage.record);
-    for (const fs::path& file : stage.outputs)
-      stage.wanted.outputs[file.lexically_relative(summary_.scene).generic_string()] = Fingerprint(file);
-    WriteProvenance(summary_.scene, stage.wanted);
-  }
-
   // Evaluation, film and page do not need each other: as jobs they run at the same time.
   bool AtOnce() const { return options_.executor && !options_.minutes; }
-  void RunWaiting() {
-    std::mutex mutex;
-    NamedRemarks remarks(progress_, mutex, {});
-    std::vector<std::future<StageResult>> running;
-    for (std::size_t i = 0; i < waiting_.size(); ++i)
-      running.push_back(std::async(std::launch::async, [&, i] {
-        const Recorded& stage = waiting_[i];
-        return stage.reused ? *stage.reused : RunSiblingStage(JobOf(stage, summary_.stages.size() + i), remarks);
-      }));
-    for (const auto& r : running) r.wait();
-    std::exception_ptr failure;
-    for (std::size_t i = 0; i < running.size(); ++i) {
-      try {
-        if (waiting_[i].name == kWeb)
-          PageOrReason([&] { Keep(waiting_[i], running[i].get()); });
-        else
-          Keep(waiting_[i], running[i].get());
-      } catch (...) {
-        if (!failure) failure = std::current_exception();
-      }
-    }
-    if (failure) std::rethrow_exception(failure);
+  void StartLast(const RecordedStage& stage) {
+    if (AtOnce())
+      stages_->LetWait(stage);
+    else
+      stages_->StartRecorded(stage);
   }
 
   // A scene that no page can show is a scene all the same.
-  template <typename Make>
-  void PageOrReason(const Make& make) {
+  void PageOrReason(const std::function<void()>& make) {
     try {
       make();
     } catch (const Error& e) {
       if (e.code() != ExitCode::kDataRefused) throw;
       progress_.Message(fmt::format("no web page: {}", e.what()));
       summary_.web.clear();
-      --count_;
+      stages_->LeaveOut();
     }
   }
 
@@ -420,8 +282,12 @@ class Run {
     std::map<std::string, fs::path> inputs;
     read.insert(read.end(), {"lumigraph.json", "sparse", "images", "proxies"});
     for (const std::string& part : read) inputs[part] = summary_.scene / part;
-    StartRecorded(name, "lumi-render", inputs, {output}, {summary_.scene.string(), "-o", output.string()},
-                  std::move(arguments), AtOnce());
+    StartLast({name,
+               "lumi-render",
+               inputs,
+               {output},
+               {summary_.scene.string(), "-o", output.string()},
+               std::move(arguments)});
   }
 
   // Runs first, so that the output is checked here as the later stages would check it.
@@ -442,8 +308,12 @@ class Run {
     std::vector<std::string> arguments;
     if (!options_.board.empty()) arguments.insert(arguments.end(), {"--board", options_.board});
     if (!options_.square_mm.empty()) arguments.insert(arguments.end(), {"--square-mm", options_.square_mm});
-    StartRecorded("calibrate", "lumi-calibrate", {{"boards", options_.calibration}}, {camera_, report},
-                  {options_.calibration.string(), "-o", camera_.string()}, std::move(arguments));
+    stages_->StartRecorded({"calibrate",
+                            "lumi-calibrate",
+                            {{"boards", options_.calibration}},
+                            {camera_, report},
+                            {options_.calibration.string(), "-o", camera_.string()},
+                            std::move(arguments)});
   }
 
   // What the proxy and the parts of its depth maps have in common.
@@ -461,11 +331,12 @@ class Run {
 
   void MakeProxy() {
     if (DepthMapsInParts())
-      Add(MakeDepthMapsInParts({summary_.scene, ProxyArguments(), WithCommonOptions({}), options_.parts},
+      stages_->Add(
+          MakeDepthMapsInParts({summary_.scene, ProxyArguments(), stages_->WithCommonOptions({}), options_.parts},
                                *options_.executor, progress_));
     std::vector<std::string> arguments = ProxyArguments();
     if (options_.proxy != "auto") arguments.emplace_back("--activate");
-    Start("proxy", "lumi-proxy", std::move(arguments));
+    stages_->Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
   // The width of auto's depth maps; no value: it follows from their minutes. How long several machines take is not
@@ -489,19 +360,19 @@ class Run {
     add("--rule", options_.silhouette_rule);
     add("--masks", options_.silhouettes.string());
     add("--background", options_.silhouette_background.string());
-    Start("silhouettes", "lumi-proxy", std::move(arguments));
+    stages_->Start("silhouettes", "lumi-proxy", std::move(arguments));
   }
 
   // The proxy that was made becomes NAME-FACES beside it, and that one is active.
   void Simplify() {
     sibling::MadeProxySummary made{options_.proxy, {}};
-    summary_.stages.back().summary.Into(made);
+    stages_->results().back().summary.Into(made);
     const std::string name = made.name, faces = std::to_string(options_.faces);
     std::vector<std::string> arguments{"simplify",  summary_.scene.string(), "--from",  name,
                                        "--name",    name + "-" + faces,      "--faces", faces,
                                        "--activate"};
     if (options_.proxy == "hull") arguments.emplace_back("--keep-hull");
-    Start("simplify", "lumi-proxy", std::move(arguments));
+    stages_->Start("simplify", "lumi-proxy", std::move(arguments));
   }
 
   void Evaluate(bool in_place) {
@@ -510,7 +381,7 @@ class Run {
             kFewestPhotosForHoldout) {
       progress_.Message(fmt::format("fewer than {} photos have a camera: none is held out for an evaluation",
                                     kFewestPhotosForHoldout));
-      --count_;
+      stages_->LeaveOut();
       return;
     }
     holdout_folder_ = summary_.scene / "holdout";
@@ -534,28 +405,31 @@ class Run {
     std::map<std::string, fs::path> inputs;
     for (const char* part : {"lumigraph.json", "sparse", "images", "proxies"}) inputs[part] = summary_.scene / part;
     PageOrReason([&] {
-      StartRecorded(kWeb, "lumi-export", inputs, {summary_.web},
-                    {"web", summary_.scene.string(), "-o", summary_.web.string()},
-                    {"--max-mb", fmt::format("{}", options_.web_mb)}, AtOnce());
+      StartLast({kWeb,
+                 "lumi-export",
+                 inputs,
+                 {summary_.web},
+                 {"web", summary_.scene.string(), "-o", summary_.web.string()},
+                 {"--max-mb", fmt::format("{}", options_.web_mb)}});
     });
   }
 
   // Of the stages before the report.
   double AroundColmapSeconds() const {
     double seconds = 0;
-    for (const StageResult& s : summary_.stages)
+    for (const StageResult& s : stages_->results())
       if (std::set<std::string>{"reconstruct", "timeperiodic", "import", "silhouettes", "depth-maps", "proxy",
                                 "simplify"}
               .contains(s.name))
         seconds += s.computed_seconds;
-    return std::max(0.0, seconds - summary_.colmap_seconds);
+    return std::max(0.0, seconds - stages_->colmap_seconds());
   }
 
   void Report() {
     const auto start = Clock::now();
     summary_.around_colmap_seconds = AroundColmapSeconds();
     ReportInput input{
-        summary_.scene,  options_.input, summary_.stages, summary_.colmap_seconds, summary_.around_colmap_seconds,
+        summary_.scene,  options_.input, stages_->results(), stages_->colmap_seconds(), summary_.around_colmap_seconds,
         holdout_folder_, summary_.video, summary_.web};
     StageResult stage;
     stage.name = "report";
@@ -564,7 +438,7 @@ class Run {
     wanted.stage = "report";
     wanted.version = kVersion;
     wanted.options["source"] = options_.input.string();
-    for (const StageResult& s : summary_.stages) wanted.options["stage " + s.name] = WithoutReuse(s);
+    for (const StageResult& s : stages_->results()) wanted.options["stage " + s.name] = WithoutReuse(s);
     for (const char* part : {"lumigraph.json", "fronts", "tradeoff"})
       wanted.inputs[part] = Fingerprint(summary_.scene / part);
     // For a scene that is one of several qualities (price.h).
@@ -582,8 +456,8 @@ class Run {
       WriteProvenance(summary_.scene, wanted);
     }
     stage.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    Add(std::move(stage));
-    summary_.around_colmap_seconds += summary_.stages.back().computed_seconds;
+    stages_->Add(std::move(stage));
+    summary_.around_colmap_seconds += stages_->results().back().computed_seconds;
   }
 
   // A summary without what differs between a run and its reuse.
@@ -598,11 +472,9 @@ class Run {
   ProgressSink& progress_;
   const Clock::time_point start_;
   PipelineSummary summary_;
-  std::optional<WorkTimes> times_;
-  std::vector<Recorded> waiting_;
+  std::optional<StageRunner> stages_;  // once it is known where the scene goes
   fs::path holdout_folder_;
   fs::path camera_;  // what lumi-calibrate found; empty: not asked for
-  int count_ = 0;
 };
 
 }  // namespace

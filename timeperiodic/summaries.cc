@@ -1,9 +1,10 @@
 #include "timeperiodic/summaries.h"
-#include "scene/program/with_error.h"
 
 #include <fmt/format.h>
 
 #include <cstdio>
+
+#include "scene/program/with_error.h"
 
 namespace lumi {
 

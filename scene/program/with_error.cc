@@ -10,8 +10,9 @@ namespace lumi {
 std::string WithError(double value, double sigma, std::string_view between) {
   if (!(sigma > 0) || !std::isfinite(sigma)) return fmt::format("{:.6g}", value);
   constexpr int kMostDecimals = 9;
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, kMostDecimals);
-  return fmt::format("{:.{}f}{}{:.{}f}", value, decimals, between, sigma, decimals);
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(sigma)));
+  if (decimals > kMostDecimals) return fmt::format("{:.{}f}{}{:.2g}", value, kMostDecimals, between, sigma);
+  return fmt::format("{:.{}f}{}{:.{}f}", value, std::max(decimals, 0), between, sigma, std::max(decimals, 0));
 }
 
 }  // namespace lumi

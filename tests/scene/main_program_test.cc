@@ -243,7 +243,7 @@ TEST(WithError, BothHaveTheDeviationsSecondDigit) {
   EXPECT_EQ(WithError(21.21, 0.26), "21.21 +- 0.26");
   EXPECT_EQ(WithError(150.3514, 2.5, " &#177; "), "150.4 &#177; 2.5");
   EXPECT_EQ(WithError(1503.7, 250), "1504 +- 250");
-  EXPECT_EQ(WithError(15.37, 1e-14), "15.370000000 +- 0.000000000");  // nine decimals at most
+  EXPECT_EQ(WithError(15.37, 1e-14), "15.370000000 +- 1e-14");  // nine decimals at most
   EXPECT_EQ(WithError(15.37, 0), "15.37");
   EXPECT_EQ(WithError(15.37, std::numeric_limits<double>::quiet_NaN()), "15.37");
 }
