@@ -11,8 +11,6 @@ rm -rf "$work/stage-scene"
 "$bin/lumi-reconstruct" "$work/stage/videos" -o "$work/stage-scene" 2>&1 | grep 'start at frames'
 printf '```\n\n## Scenes that carry times\n\n'
 "$bin/time_scenes_bench" "$work" ${data:+"$data"}
-heading 'Time-periodic scenes: periods'
-"$bin/timeperiodic_bench" "$work" ${data:+"$data"}
 for example in 'lamp 150.37' 'helicopter 15.37'; do
   printf '\n## lumi-timeperiodic period --tradeoff: %s\n\n```\n' "${example% *}"
   "$bin/lumi-timeperiodic" period "$work/${example% *}/fixed.mp4" --true-period "${example#* }" --tradeoff "$work/${example% *}-period"

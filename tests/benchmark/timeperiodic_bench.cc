@@ -1,9 +1,12 @@
 // What docs/timeperiodic.md quotes: periods of the simulated lamp and helicopter against the truth, and their pictures
 // at unseen places and phases against the width of the time window and the distance to the nearest photo.
 //
-//   timeperiodic_bench WORK [DATA]               WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with
-//   pendulum/ timeperiodic_bench unseen EXAMPLE CAPTURE    pictures from places where no photo is timeperiodic_bench
-//   reconstructed EXAMPLE CAPTURE SCENE [PROXY]     what lumi-pipeline --periodic made of its video
+//   timeperiodic_bench WORK [DATA]
+//     WORK/lamp, WORK/helicopter: captures of lumi-simulate; DATA: with pendulum/
+//   timeperiodic_bench unseen EXAMPLE CAPTURE
+//     pictures from places where no photo is
+//   timeperiodic_bench reconstructed EXAMPLE CAPTURE SCENE [PROXY]
+//     what lumi-pipeline --periodic made of its video
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
