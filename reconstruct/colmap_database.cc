@@ -40,7 +40,9 @@ struct ColmapDatabase::Impl {
   [[noreturn]] void Fail() const {
     const int code = sqlite3_errcode(db) & 0xff;
     const bool io = code == SQLITE_IOERR && sqlite3_extended_errcode(db) != SQLITE_IOERR_SHORT_READ;
-    if (io || code == SQLITE_FULL || code == SQLITE_NOMEM || (ours && code == SQLITE_CANTOPEN))
+    // SQLite opens a file that it may not write for reading, and says so at the first write.
+    const bool closed = ours && (code == SQLITE_CANTOPEN || code == SQLITE_READONLY);
+    if (io || closed || code == SQLITE_FULL || code == SQLITE_NOMEM)
       throw MachineError(fmt::format("cannot be read or written: {}", sqlite3_errmsg(db)), "is the disk full?", path);
     ThrowIfMachineIsShort(path, sqlite3_system_errno(db));
     throw InputError(path, fmt::format("not a readable COLMAP database: {}", sqlite3_errmsg(db)));

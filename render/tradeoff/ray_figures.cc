@@ -6,6 +6,7 @@
 #include <limits>
 #include <mutex>
 #include <random>
+#include <span>
 
 #include "scene/geometry/median.h"
 #include "scene/program/error.h"
@@ -16,9 +17,10 @@ namespace lumi {
 namespace {
 
 constexpr int kTableRays = 200, kWays = 20;
-constexpr double kTail = 0.05;    // of a distribution: one ray in twenty may be worse
-constexpr double kIsUsed = 1e-3;  // a photo counts as used if it has this weight near its own camera
-constexpr double kLeads = 0.05;   // least weight of the photo that counts most: below it, all photos count about alike
+constexpr unsigned kHiddenBatches = 20;  // of kTableRays rays, at most, to find rays with a hidden photo
+constexpr double kTail = 0.05;           // of a distribution: one ray in twenty may be worse
+constexpr double kIsUsed = 1e-3;         // a photo counts as used if it has this weight near its own camera
+constexpr double kLeads = 0.05;  // least weight of the photo that counts most: below it, all photos count about alike
 
 // f(i) for i < n on all cores. A method may refuse some views: its exception is thrown again only if it refuses all.
 template <typename F>
@@ -82,16 +84,26 @@ class RayProperties {
     const auto& views = bench_.sources().views;
     const std::vector<RayBench::Ray> rays = bench_.RandomRays(kTableRays);
     std::vector<double> direction(rays.size(), kNoFigure), differences(rays.size(), kNoFigure),
-        coarse(rays.size(), kNoFigure), hidden(rays.size(), kNoFigure);
+        coarse(rays.size(), kNoFigure);
     ForRays(rays.size(), [&](std::size_t i) {
       direction[i] = DirectionError(rays[i]);
       differences[i] = RayDifference(rays[i]);
       coarse[i] = CoarseRatio(rays[i]);
-      hidden[i] = HiddenWeight(rays[i]);
     });
     f.direction_error = QuantileOf(direction, 0.5);
     f.ray_difference = QuantileOf(differences, 1 - kTail);
     f.coarse_weight_ratio = QuantileOf(coarse, 0.5);
+
+    // Rays with a hidden photo are rare over open surfaces: more are drawn, and the first kTableRays of them count.
+    std::vector<double> hidden;
+    for (unsigned batch = 0; batch < kHiddenBatches && hidden.size() < kTableRays; ++batch) {
+      const std::vector<RayBench::Ray> more = bench_.RandomRays(kTableRays, 0.3, 700 + batch);
+      std::vector<double> weights(more.size(), kNoFigure);
+      ForRays(more.size(), [&](std::size_t i) { weights[i] = HiddenWeight(more[i]); });
+      std::erase_if(weights, [](double w) { return !std::isfinite(w); });
+      hidden.insert(hidden.end(), weights.begin(), weights.end());
+    }
+    hidden.resize(std::min<std::size_t>(hidden.size(), kTableRays));
     f.hidden_weight = MeanOf(hidden);
 
     const std::vector<RayBench::Ray> own = bench_.RandomRays(kTableRays, 0, 11);
@@ -102,13 +114,13 @@ class RayProperties {
     });
     f.own_weight = QuantileOf(own_weights, kTail);
 
-    std::vector<char> used(views.size(), 0);
+    std::vector<double> used(views.size(), kNoFigure);
     std::vector<double> border(views.size() * kBorderRays, kNoFigure);
     ForRays(views.size(), [&](std::size_t j) {
-      used[j] = IsUsed(j) ? 1 : 0;
+      used[j] = Used(j);
       for (std::size_t k = 0; k < kBorderRays; ++k) border[j * kBorderRays + k] = BorderWeight(j, k);
     });
-    f.photos_used = static_cast<double>(std::count(used.begin(), used.end(), 1)) / static_cast<double>(used.size());
+    f.photos_used = MeanOf(used);
     f.border_weight = QuantileOf(border, 1 - kTail);
 
     const std::vector<RayBench::Ray> ends = bench_.RandomRays(2 * kWays, 0.3, 5);
@@ -187,17 +199,12 @@ class RayProperties {
       const Eigen::Vector3d to = ray.p - v.centre;
       return bench_.Trace(v.centre, to.normalized()) < (1 - static_cast<double>(kBlockedFrom)) * to.norm();
     };
-    bool one_hidden = false, one_seeing = false;
+    const auto nearest = std::span(near).first(std::min<std::size_t>(4, near.size()));
+    if (std::ranges::none_of(nearest, [&](const auto& n) { return hidden(n.second); })) return kNoFigure;
     std::vector<std::size_t> blocked;
-    for (std::size_t i = 0; i < near.size(); ++i) {
-      if (hidden(near[i].second)) {
-        blocked.push_back(near[i].second);
-        one_hidden = one_hidden || i < 4;
-      } else {
-        one_seeing = true;
-      }
-    }
-    if (!one_hidden || !one_seeing) return kNoFigure;
+    for (const auto& [distance, j] : near)
+      if (hidden(j)) blocked.push_back(j);
+    if (blocked.size() == near.size()) return kNoFigure;
     const auto weights = bench_.WeightsAt(ray.eye, ray.p, s_, bench_.Facing(ray.eye, ray.p));
     if (!(SumOf(weights) > 0)) return kNoFigure;
     double sum = 0;
@@ -205,18 +212,22 @@ class RayProperties {
     return sum;
   }
 
-  bool IsUsed(std::size_t j) const {
+  // 1 if the photo counts at one of six rays beside its own camera, 0 if not; none if it shows nothing of the proxy.
+  double Used(std::size_t j) const {
     const RenderView& v = bench_.sources().views[j];
     std::mt19937 random(static_cast<unsigned>(31 + j));
     std::uniform_real_distribution<double> inside(0.15, 0.85), both(-1, 1);
-    for (int k = 0; k < 6; ++k) {
+    int met = 0;
+    // The proxy may fill little of the picture.
+    for (int tries = 0; tries < 300 && met < 6; ++tries) {
       const auto p = SurfaceAt(bench_, v, {inside(random) * v.size_px.x(), inside(random) * v.size_px.y()});
       if (!p) continue;
+      ++met;
       const Eigen::Vector3d eye =
           v.centre + 0.1 * bench_.Spacing() * Eigen::Vector3d(both(random), both(random), both(random));
-      if (bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j] > kIsUsed) return true;
+      if (bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j] > kIsUsed) return 1;
     }
-    return false;
+    return met > 0 ? 0 : kNoFigure;
   }
 
   // At kInside of the photo's size inside its border, seen from a place beside its camera.

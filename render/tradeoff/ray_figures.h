@@ -10,7 +10,7 @@ namespace lumi {
 
 // A figure is none if no ray of the scene can show it (e.g. the proxy hides nothing, or no photos overlap).
 struct RayFigures {
-  std::optional<double> photos_used;      // share of the cameras whose photo counts near its own camera
+  std::optional<double> photos_used;  // share of the cameras that see the proxy, whose photo counts near its own camera
   std::optional<double> direction_error;  // of a colour that is the direction itself, over that of the mean of all
   std::optional<double> own_weight;       // of a photo at its own camera, lower 5 %
   std::optional<double> ray_difference;   // difference of a weight for one ray seen from two positions on it, upper 5 %

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -16,6 +17,7 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/json_keys.h"
@@ -114,6 +116,7 @@ class FaultInjection : public testing::Test {
           "60", "-o", lamp.string()});
     fs::copy(lamp / "fixed.mp4", Template() / "fixed.mp4");
     fs::copy(lamp / "video.mp4", Template() / "waved.mp4");
+    fs::copy(lamp, Template() / "turning", fs::copy_options::recursive);
     const SubprocessResult film = RunSubprocess(
         {"ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "color=c=gray:s=160x120:r=30:d=0.4", "-f", "lavfi", "-i",
          "sine=frequency=440:duration=0.4", "-c:v", "mpeg4", (Template() / "film.mp4").string()});
@@ -145,7 +148,7 @@ class FaultInjection : public testing::Test {
   static std::vector<std::string> Arguments(const FaultCase& c) {
     std::vector<std::string> argv = c.argv;
     for (std::string& a : argv)
-      if (a.starts_with("@")) a = Work().string() + a.substr(1);
+      for (auto at = a.find("@/"); at != std::string::npos; at = a.find("@/")) a.replace(at, 1, Work().string());
     // One thread: the calls then come in one order.
     for (const char* more : {"--threads", "1", "--quiet"}) argv.emplace_back(more);
     return argv;
@@ -464,6 +467,14 @@ TEST_F(FaultInjection, Reconstruct) {
             {"taken", "database.db"},
             {"provenance/"}});
 }
+TEST_F(FaultInjection, ReconstructFindsAndMatchesFeatures) {
+  SweepAll(
+      {{"lumi-reconstruct", "@/taken/images", "-o", "@/new", "--poses", "@/taken/truth/sparse", "--quality", "low"},
+       {"taken"},
+       {"provenance/"},
+       "",
+       true});
+}
 TEST_F(FaultInjection, ReconstructByFactorization) {
   SweepAll({{"lumi-reconstruct", "@/walk/video.mp4", "-o", "@/new", "--backend", "factorization", "--projective",
              "--all-frames"},
@@ -542,6 +553,16 @@ TEST_F(FaultInjection, RenderTradeoff) {
             true,
             {"scene/fronts/", "measured/", "scene/provenance/measured-"}});
 }
+TEST_F(FaultInjection, RenderMethods) {
+  if (FewFaults()) return;
+  SweepAll({{"lumi-render", "methods", "@/scene", "-o", "@/methods", "--proxy", "sparse", "--width", "32", "--views",
+             "1", "--repeats", "1", "--methods", "ulr", "pighin-1998"},
+            {"scene"},
+            {},
+            "",
+            true,
+            {"methods/"}});
+}
 TEST_F(FaultInjection, Stabilize) {
   SweepAll(
       {{"lumi-stabilize", "@/walk", "-o", "@/path.json", "--plot", "@/tracks.svg"}, {"walk/images", "walk/sparse"}});
@@ -551,6 +572,17 @@ TEST_F(FaultInjection, StabilizeScore) {
 }
 TEST_F(FaultInjection, TimePeriodicPeriod) {
   SweepAll({{"lumi-timeperiodic", "period", "@/fixed.mp4", "--plot", "@/period.svg"}, {"fixed.mp4"}});
+}
+TEST_F(FaultInjection, TimePeriodicPeriodTradeoff) {
+  SweepAll({{"lumi-timeperiodic", "period", "@/fixed.mp4", "--tradeoff", "@/front"},
+            {"fixed.mp4"},
+            {},
+            "",
+            true,
+            {"front/"}});
+}
+TEST_F(FaultInjection, TimePeriodicSampling) {
+  SweepAll({{"lumi-timeperiodic", "sampling", "@/turning", "--plot", "@/sampling.svg"}, {"turning"}});
 }
 TEST_F(FaultInjection, TimePeriodicMasks) {
   SweepAll(
@@ -574,6 +606,37 @@ TEST_F(FaultInjection, PipelineFromAWorkspace) {
             {"workspace"},
             // The mark says that an import has not ended: where a run ends without unwinding it stays, as after a kill.
             {"lumigraph.json", "provenance/", "IMPORT-UNFINISHED"}});
+}
+TEST_F(FaultInjection, PipelineFromPhotos) {
+  if (FewFaults()) return;
+  SweepAll({{"lumi-pipeline", "@/taken/images", "-o", "@/new", "--poses", "@/taken/truth/sparse", "--quality", "low",
+             "--proxy", "plane", "--holdout", "2", "--width", "48", "--seconds", "0.1", "--fidelity-db", "0"},
+            {"taken"},
+            {"lumigraph.json", "provenance/"},
+            "",
+            true});
+}
+// Photos that cannot be read are left out of its picture, and said: what it writes counts here.
+TEST_F(FaultInjection, ViewerWrites) {
+  if (FewFaults()) return;
+  if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
+  const fs::path display = *folder_ / "display";
+  const ChildProgram server(
+      {FindProgram("sh")->string(), "-c", "exec Xvfb -displayfd 3 -screen 0 640x480x24 3>" + display.string()});
+  std::string number;
+  for (int i = 0; i < 300 && number.empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::ifstream(display) >> number;
+  }
+  ASSERT_FALSE(number.empty()) << "Xvfb does not start";
+  ::setenv("DISPLAY", (":" + number).c_str(), 1);
+  ::setenv("XDG_CONFIG_HOME", (Work() / "config").c_str(), 1);
+  const FaultCase c{{"lumi-view", "@/scene", "--width", "160", "--height", "120", "--no-ui", "--script",
+                     "wait; screenshot @/shot.png; key-add; jump 1; key-add; path-save @/path.json; "
+                     "path-save-nerfstudio @/nerfstudio.json"},
+                    {"scene/images"}};
+  PlantTemporaries(c);
+  Sweep(c, FaultKind::kWrite);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/files/transforms_json.h"
+#include "tests/support/photo_files.h"
 
 namespace lumi::fuzz {
 namespace {
@@ -191,6 +192,15 @@ void WritePictureSeeds(const fs::path& out) {
     WriteImage(file, picture);
   }
   WriteImage(out / "plain_jpeg" / "small.jpg", picture, 80, 6);  // its orientation stands in EXIF
+  // EXIF and the place in each of its wrappings.
+  WriteImage(out / "photo" / "exif.jpg", picture, 80, 6);
+  WriteImage(out / "photo" / "exif.png", picture);
+  test::AddExifToPng(out / "photo" / "exif.png",
+                     test::ExifBlock({test::Ascii(271, "Acme"), test::Shorts(274, {6})},
+                                     {test::Rationals(0x920A, {4.25}), test::Shorts(0xA405, {26})}, test::GpsFields()));
+  WriteImage(out / "photo" / "small.tif", picture);
+  test::WriteTiffWithGps(out / "photo" / "gps.tif");
+  test::WriteDng(out / "photo" / "small.dng", 32, 24, {0.5, 0.2, 0.1});
   ImageF linear(8, 6, 3);
   for (std::size_t i = 0; i < linear.data.size(); ++i) linear.data[i] = 0.01F * static_cast<float>(i);
   for (const char* ending : {"exr", "hdr"}) WriteImage(out / "photo" / (std::string("linear.") + ending), linear);

@@ -42,6 +42,17 @@ TEST(ImageIo, PngIsLosslessAndJpegIsClose) {
   EXPECT_EQ(info.orientation, 1);
 }
 
+TEST(ImageIo, TiffBmpTgaAndPpmAreLosslessToo) {
+  const TempFolder folder;
+  for (const int width : {24, 640})
+    for (const char* ending : {"tif", "tiff", "bmp", "tga", "ppm"}) {
+      const fs::path file = folder / (std::string("a.") + ending);
+      const Image8 picture = ColorfulImage(width, 48);
+      WriteImage(file, picture);
+      EXPECT_EQ(ReadImage8(file).data, picture.data) << file << ", " << width << " wide";
+    }
+}
+
 TEST(ImageIo, ExrKeepsFloatsExactly) {
   const TempFolder folder;
   ImageF image(5, 3, 1);

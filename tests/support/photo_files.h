@@ -106,6 +106,23 @@ inline void AddExifToPng(const std::filesystem::path& png, const std::string& ex
   std::ofstream(png, std::ios::binary) << bytes;
 }
 
+// A TIFF of one grey strip that says where it was taken.
+inline void WriteTiffWithGps(const std::filesystem::path& path) {
+  const std::uint32_t size = 16 * 16;
+  const auto fields = [&](std::size_t strip_at, std::size_t gps_at) {
+    return std::vector<TiffField>{Long(256, 16),    Long(257, 16),
+                                  Shorts(258, {8}), Shorts(259, {1}),
+                                  Shorts(262, {1}), Long(273, static_cast<std::uint32_t>(strip_at)),
+                                  Shorts(277, {1}), Long(278, 16),
+                                  Long(279, size),  Long(0x8825, static_cast<std::uint32_t>(gps_at))};
+  };
+  const std::size_t gps_at = 8 + TiffDirectory(fields(0, 0), 8).size();
+  const std::size_t strip_at = gps_at + TiffDirectory(GpsFields(), gps_at).size();
+  std::ofstream(path, std::ios::binary) << std::string("II*\0\x08\0\0\0", 8)
+                                        << TiffDirectory(fields(strip_at, gps_at), 8)
+                                        << TiffDirectory(GpsFields(), gps_at) << std::string(size, '\x80');
+}
+
 // A RAW photo of one colour: 12 bits behind a Bayer filter, by a camera whose primaries are sRGB's, its white balance
 // done. rgb: linear, 0 to 1.
 inline void WriteDng(const std::filesystem::path& file, int width, int height, const std::array<double, 3>& rgb,

@@ -53,7 +53,16 @@ json WithoutTimes(const json& value) {
   return kept;
 }
 
+// A report holds times in its sentences and plots: of it only that it is whole.
+std::string ComparableReport(const fs::path& file) {
+  const std::string page = WholeFile(file);
+  const auto end = page.find_last_not_of(" \n");
+  return page.starts_with("<!") && end != std::string::npos && page.substr(0, end + 1).ends_with("</html>") ? "whole"
+                                                                                                            : "cut off";
+}
+
 std::string Comparable(const fs::path& file) {
+  if (file.filename() == "report.html") return ComparableReport(file);
   std::string bytes = WholeFile(file);
   // Taking times out of JSON takes long, and thousands of runs leave the same files.
   static std::map<std::pair<std::size_t, std::size_t>, std::string> known;
@@ -74,7 +83,7 @@ std::map<std::string, std::string> ComparableFiles(const fs::path& folder) {
     const std::string name = it->path().filename().string();
     if (name.starts_with('.') || name == "colmap") it.disable_recursion_pending();
     if (name.starts_with('.') || name == "LOCK" || name == "pipeline-times.txt" || name == "frames.txt" ||
-        it->path().extension() == ".html" || !it->is_regular_file())
+        !it->is_regular_file())
       continue;
     files[it->path().lexically_relative(folder).generic_string()] = Comparable(it->path());
   }

@@ -221,8 +221,9 @@ void Write(const fs::path& path, const PictureToWrite& picture, const PictureSin
       throw MachineError(fmt::format("cannot write the picture: {}", OneLine(out->geterror())), "is the disk full?",
                          path);
   };
-  // Encoded in memory where the format allows: then the disk's answer to every byte is ours to check.
-  if (out->supports("ioproxy")) {
+  // Encoded in memory where the format allows: then the disk's answer to every byte is ours to check. TIFF's directory
+  // is lost there (OpenImageIO 2.4).
+  if (out->supports("ioproxy") && std::string_view(out->format_name()) != "tiff") {
     std::vector<unsigned char> bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);
     write(path.string(), &memory);
