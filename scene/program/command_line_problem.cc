@@ -209,4 +209,13 @@ CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error) {
   return problem;
 }
 
+std::optional<CommandLineProblem> WordBesideCommand(const CLI::App& app) {
+  if (&Given(app) == &app) return std::nullopt;
+  for (const CLI::Option* o : app.get_options())
+    if (o->get_positional() && o->count() > 0)
+      return CommandLineProblem{fmt::format("\"{}\" is one argument too many", o->results().front()),
+                                "see " + NameOf(app, Given(app)) + " --help"};
+  return std::nullopt;
+}
+
 }  // namespace lumi

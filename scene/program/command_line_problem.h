@@ -1,6 +1,7 @@
 // What is wrong with a command line, in the user's words: which option, and which one was probably meant.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct CommandLineProblem {
 
 // Of a line that `app` has just refused.
 CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error);
+
+// Of a line that was read: a word after a command that is none of the command's, and was taken for the program's input.
+std::optional<CommandLineProblem> WordBesideCommand(const CLI::App& app);
 
 // The word of `known` that is nearest to `word` by letters left out, added, changed or swapped (leading dashes and case
 // aside), or the only one that begins with it; empty where none is near.

@@ -149,6 +149,8 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   } catch (const std::bad_alloc&) {
     return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   }
+  if (const auto problem = WordBesideCommand(*app_))
+    return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
   try {
     PrepareLastWords(name_, json_);
     sink_ = MakeStderrProgress(quiet_);

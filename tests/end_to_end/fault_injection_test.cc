@@ -556,7 +556,7 @@ TEST_F(FaultInjection, RenderTradeoff) {
 TEST_F(FaultInjection, RenderMethods) {
   if (FewFaults()) return;
   SweepAll({{"lumi-render", "methods", "@/scene", "-o", "@/methods", "--proxy", "sparse", "--width", "32", "--views",
-             "1", "--repeats", "1", "--methods", "ulr", "pighin-1998"},
+             "1", "--repeats", "1", "--methods", "ulr", "--methods", "pighin-1998"},
             {"scene"},
             {},
             "",

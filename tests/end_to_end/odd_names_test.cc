@@ -146,7 +146,8 @@ TEST(OddNames, OfPhotosAndFoldersGoThroughEveryProgram) {
            {"lumi-render", scene, "-o", at(long_name), "--seconds", "0.5", "--width", "48"},
            {"lumi-stabilize", "score", at(long_name), at(long_name), "--plot", at("score.svg")},
            {"lumi-render", scene, "-o", at("views"), "--view", "-rf.jpg", "--width", "48"},
-           {"lumi-render", "methods", scene, "-o", at("methods"), "--width", "32", "--methods", "ulr", "pulli-1997"},
+           {"lumi-render", "methods", scene, "-o", at("methods"), "--width", "32", "--methods", "ulr", "--methods",
+            "pulli-1997"},
            {"lumi-pipeline", at("exported"), "-o", at("imported"), "--proxy", "plane", "--no-video"}}) {
     const ProgramResult run = RunProgram(argv);
     EXPECT_EQ(run.exit_code, 0) << argv[0] << " " << argv[1] << ": " << run.err;
