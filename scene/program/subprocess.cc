@@ -157,7 +157,7 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
   };
 
   std::array<char, 1 << 16> buffer;
-  bool out_open = true, err_open = true;
+  bool out_open = true, err_open = true, ended = false;
   std::optional<Stopwatch> stopping;
   std::exception_ptr failure;
   const auto stop = [&] {
@@ -169,12 +169,14 @@ SubprocessResult RunSubprocess(const std::vector<std::string>& argv, const Subpr
     if (InterruptRequested()) stop();
     if (stopping && stopping->Seconds() > kGraceSeconds) kill(-pid, SIGKILL);
     pollfd fds[2] = {{out_open ? out.read : -1, POLLIN, 0}, {err_open ? err.read : -1, POLLIN, 0}};
-    const int ready = poll(fds, 2, kPollMs);
+    const int ready = poll(fds, 2, ended ? 0 : kPollMs);
     if (ready < 0 && errno != EINTR) break;
-    // It has ended, and all that it said is read: what still holds the pipes is a process that it left behind.
-    if (ready == 0 && HasEnded(pid)) {
-      kill(-pid, SIGKILL);
-      break;
+    if (ready == 0) {
+      if (ended) {  // all that it said is read: what still holds the pipes is a process that it left behind
+        kill(-pid, SIGKILL);
+        break;
+      }
+      ended = HasEnded(pid);  // its last words may have come since
     }
     if (ready <= 0) continue;
     if (fds[0].revents) {

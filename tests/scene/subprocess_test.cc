@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <thread>
+#include <vector>
 
 #include "scene/program/error.h"
 
@@ -46,6 +49,24 @@ TEST(Subprocess, ACallbackThatThrowsEndsTheChild) {
   const auto start = std::chrono::steady_clock::now();
   EXPECT_THROW(RunSubprocess({"sh", "-c", "echo x; sleep 30"}, options), DataError);
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+}
+
+// Many at once, which speak and end at about the moment when we look whether they have ended (every 200 ms).
+TEST(Subprocess, TheLastWordsAreReadWhateverTheMoment) {
+  std::atomic<int> lost = 0;
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 150; ++i)
+    threads.emplace_back([&lost, i] {
+      SubprocessOptions options;
+      options.separate_stdout = true;
+      for (int k = 0; k < 3; ++k)
+        if (const auto r = RunSubprocess(
+                {"sh", "-c", "sleep 0." + std::to_string(185 + (7 * i + 3 * k) % 30) + "; echo said"}, options);
+            r.out != "said\n")
+          ++lost;
+    });
+  threads.clear();
+  EXPECT_EQ(lost, 0);
 }
 
 }  // namespace
