@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fuzzes every reader of files with libFuzzer (clang), under address and undefined-behaviour checks. See docs/fuzzing.md.
+# Fuzzes the readers of files with libFuzzer (clang), under address and undefined-behaviour checks. See docs/fuzzing.md.
 #
 #   ./fuzz.sh                     each target a minute, as many side by side as there are cores
 #   ./fuzz.sh --minutes M         each target M minutes
