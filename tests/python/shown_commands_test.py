@@ -43,7 +43,7 @@ QUICK = [
     (r"lumi-render tradeoff .*--time-windows", "--width 96"),
     (r"lumi-render tradeoff .*--ablation", "--width 96"),
     (r"lumi-render tradeoff", "--quick --width 96 --views 1 --repeats 1"),
-    (r"lumi-render methods", "--methods ulr pulli-1997 --width 96 --views 1 --repeats 1"),
+    (r"lumi-render methods", "--methods ulr --methods pulli-1997 --width 96 --views 1 --repeats 1"),
     (r"lumi-render (?!.*--(path|view|holdout|seconds)\b)(?!properties|table)", "--seconds 0.2 --width 160"),
     (r"lumi-pipeline .*--stabilize", "--no-score"),
     (r"lumi-pipeline .*--tradeoff", "--no-video --no-web --holdout 4 --minutes 0.01"),
@@ -153,7 +153,7 @@ class World:
         shutil.copytree(self.folder / "workspace", self.folder / "dense")
         run("lumi-proxy dense scene --width 160 --depth-only -o dense/stereo")
         shutil.copy(self.folder / "scene/proxies/delaunay.ply", self.folder / "dense/meshed-poisson.ply")
-        run("lumi-render methods scene -o methods --properties --methods ulr pulli-1997 --width 96 --views 1 --repeats 1")
+        run("lumi-render methods scene -o methods --properties --methods ulr --methods pulli-1997 --width 96 --views 1 --repeats 1")
         run("lumi-simulate --example plaza --views 36 --width 96 -o plaza")
         run("lumi-simulate --example boards -o boards")
         run("lumi-simulate --example car --views 16 --width 160 -o car")
