@@ -58,6 +58,7 @@ if [ ! -d "$seeds" ]; then
   # All but the street: reading its thousands of copies takes the time of a hundred inputs.
   cp simulate/examples/*.json "$seeds.partial/scene_description/"
   rm "$seeds.partial/scene_description/street.json"
+  cp tests/scene/*.heic tests/scene/*.avif "$seeds.partial/photo/"
   mkdir -p "$seeds.partial/video"
   find "$inputs/film" -name '*.mp4' -size -64k -exec cp {} "$seeds.partial/video/" \;
   mv "$seeds.partial" "$seeds"

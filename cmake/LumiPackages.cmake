@@ -43,11 +43,13 @@ if(PkgConfig_FOUND)
   pkg_check_modules(EPOXY QUIET IMPORTED_TARGET epoxy)
   pkg_check_modules(EGL QUIET egl)
   pkg_check_modules(FFMPEG QUIET IMPORTED_TARGET libavformat>=59 libavcodec>=59 libavfilter>=8 libavutil>=57 libswscale>=6)
+  pkg_check_modules(HEIF QUIET IMPORTED_TARGET libheif)
   pkg_check_modules(LCMS QUIET IMPORTED_TARGET lcms2)
 endif()
 lumi_package(FFMPEG "FFmpeg's libraries (5.1 or later)" libavformat-dev libavcodec-dev libavfilter-dev libavutil-dev libswscale-dev)
 lumi_package(EPOXY "epoxy" libepoxy-dev)
 lumi_package(EGL "EGL" libegl-dev libgl-dev)
+lumi_package(HEIF "libheif" libheif-dev)
 lumi_package(LCMS "little CMS" liblcms2-dev)
 
 # Parts that may be left out.

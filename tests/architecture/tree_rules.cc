@@ -89,6 +89,7 @@ const std::vector<Rule>& Rules() {
       Confined("Embree", {"embree", "cmake/embree"}, {"render/", "simulate/"}),
       Confined("Ceres", {"ceres/"}, {"calibrate/", "reconstruct/", "timeperiodic/", "stabilize/"}),
       Confined("FFmpeg", {"libav", "libsw"}, {"scene/files/ffmpeg/"}),
+      Confined("libheif", {"libheif/"}, {"scene/files/libheif/"}),
       Confined("SQLite", {"sqlite3"}, {"reconstruct/"}),
       {"a library neither prints nor exits",
        [](const SourceLine& l) {

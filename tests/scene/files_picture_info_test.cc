@@ -171,6 +171,48 @@ TEST(PictureInfo, HeicComesUprightOnceAndInSrgb) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.At(36, 16, c), expected[c], kCompression) << c;
 }
 
+// HEIC and AVIF have their own way to the decoder: the same pixels come out of it.
+TEST(PictureInfo, HeifIsDecodedAsOpenImageIODoesIt) {
+  for (const char* name : {"place.heic", "phone.avif"}) {
+    const fs::path path = fs::path(LUMI_SOURCE_DIR) / "tests/scene" / name;
+    const auto in = OIIO::ImageInput::open(path.string());
+    ASSERT_TRUE(in) << name;
+    Image8 expected(in->spec().width, in->spec().height, in->spec().nchannels);
+    ASSERT_TRUE(in->read_image(0, 0, 0, expected.channels, OIIO::TypeDesc::UINT8, expected.data.data()));
+    const Image8 image = ReadImage8(path), with_alpha = ReadImage8(path, 4);
+    EXPECT_EQ(image.data, expected.data) << name;
+    const ImageF values = ReadImageF(path);
+    ASSERT_EQ(values.data.size(), image.data.size()) << name;
+    for (std::size_t i = 0; i < image.data.size(); ++i)
+      ASSERT_EQ(values.data[i], static_cast<float>(image.data[i]) / 255.0F) << name;
+    EXPECT_EQ(with_alpha.At(8, 8, 1), image.At(8, 8, 1)) << name;
+    EXPECT_EQ(with_alpha.At(8, 8, 3), 255) << name;
+  }
+}
+
+void ExpectCorrupt(const fs::path& path, const std::string& words) {
+  try {
+    ReadImage8(path);
+    ADD_FAILURE() << path << " was read";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+  }
+}
+
+TEST(PictureInfo, DamagedHeifIsRefused) {
+  // Found by fuzzing: OpenImageIO 2.4 reads beyond the decoded picture.
+  ExpectCorrupt(fs::path(LUMI_SOURCE_DIR) / "tests/fuzz/regressions/photo/heif_picture_smaller_than_stated",
+                "a picture of 64 x 48 pixels in a container that states 48 x 16384");
+  const TempFolder folder;
+  const std::string whole = Read(fs::path(LUMI_SOURCE_DIR) / "tests/scene/place.heic");
+  Write(folder / "late.heic", std::string("\0\0\0\x08", 4) + "free" + whole);
+  ExpectCorrupt(folder / "late.heic", "is not a picture that can be read");
+  for (std::size_t n = 0; n < whole.size(); n += 5) {
+    Write(folder / "cut.heic", whole.substr(0, n));
+    EXPECT_THROW(ReadImage8(folder / "cut.heic"), InputError) << n << " of " << whole.size() << " bytes";
+  }
+}
+
 TEST(PictureInfo, RawIsDevelopedWithItsWhiteBalanceToSrgb) {
   if (!CanReadRaw()) GTEST_SKIP() << "this OpenImageIO was built without LibRaw";
   EXPECT_TRUE(HasImageExtension("DSC_0001.NEF"));

@@ -18,7 +18,6 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMetaWithin = 1 << 20;  // bytes from the beginning in which HEIF's properties are searched
 constexpr std::size_t kExifWithin = 1 << 16;  // EXIF is one segment of a JPEG
 constexpr int kSrgbCodes = 2;                 // a profile that moves no colour further is sRGB's
 
@@ -128,46 +127,6 @@ bool SaysAdobeRgb(const OIIO::ImageSpec& spec, const fs::path& path) {
          head.find("\0\x01\0\x02\0\0\0\x04R03\0"sv) != std::string::npos;
 }
 
-std::uint32_t BigEndian(const std::string& bytes, std::size_t at, std::size_t n) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < n; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
-  return value;
-}
-
-// The contents of the boxes of one kind among those in [begin, end) of an ISO base media file.
-std::vector<std::pair<std::size_t, std::size_t>> Boxes(const std::string& bytes, std::size_t begin, std::size_t end,
-                                                       std::string_view kind) {
-  std::vector<std::pair<std::size_t, std::size_t>> found;
-  while (begin + 8 <= end) {
-    const std::size_t size = BigEndian(bytes, begin, 4);
-    if (size < 8 || size > end - begin) break;  // the pictures themselves come last and may be cut off here
-    if (bytes.compare(begin + 4, 4, kind) == 0) found.emplace_back(begin + 8, begin + size);
-    begin += size;
-  }
-  return found;
-}
-
-// HEIF: meta / iprp / ipco / colr, ISO 23008-12. Of several (a depth map has its own) the first that is a profile.
-std::string HeifProfile(const fs::path& path) {
-  std::ifstream file = OpenToRead(path);
-  std::string bytes(kMetaWithin, '\0');
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
-  bool display_p3 = false;
-  for (const auto& [meta, meta_end] : Boxes(bytes, 0, bytes.size(), "meta"))
-    for (const auto& [iprp, iprp_end] : Boxes(bytes, meta + 4, meta_end, "iprp"))
-      for (const auto& [ipco, ipco_end] : Boxes(bytes, iprp, iprp_end, "ipco"))
-        for (const auto& [colr, colr_end] : Boxes(bytes, ipco, ipco_end, "colr")) {
-          if (colr + 8 > colr_end) continue;
-          const std::string kind = bytes.substr(colr, 4);
-          if (kind == "prof" || kind == "rICC") return bytes.substr(colr + 4, colr_end - colr - 4);
-          constexpr std::uint32_t kP3 = 12, kSrgbCurve = 13;  // ISO 23091-2
-          display_p3 |=
-              kind == "nclx" && BigEndian(bytes, colr + 4, 2) == kP3 && BigEndian(bytes, colr + 6, 2) == kSrgbCurve;
-        }
-  return display_p3 ? DisplayP3() : std::string();
-}
-
 }  // namespace
 
 std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& format, const fs::path& path) {
@@ -175,8 +134,12 @@ std::string EmbeddedProfile(const OIIO::ImageSpec& spec, const std::string& form
   const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
   if (icc && icc->type().basetype == OIIO::TypeDesc::UINT8)
     return {static_cast<const char*>(icc->data()), icc->type().size()};
-  if (format == "heif") return HeifProfile(path);
   return SaysAdobeRgb(spec, path) ? AdobeRgb() : std::string();
+}
+
+std::string ProfileOf(const HeifPicture& picture) {
+  const std::string profile = picture.Profile();
+  return profile.empty() && picture.IsDisplayP3() ? DisplayP3() : profile;
 }
 
 void ToSrgb(const std::string& profile, Image8& image) {

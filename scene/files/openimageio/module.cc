@@ -1,6 +1,7 @@
-// The module that LoadCodecs opens: everything that touches OpenImageIO and OpenCV's video reader.
+// The module that LoadCodecs opens: pictures by OpenImageIO, HEIC and AVIF by libheif.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/tiffutils.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cmath>
 
 #include "scene/files/codecs.h"
+#include "scene/files/libheif/heif_picture.h"
 #include "scene/files/open_to_read.h"
 #include "scene/files/openimageio/color_profile.h"
 #include "scene/files/openimageio/header_claims.h"
@@ -79,11 +81,23 @@ void RequirePhotograph(const fs::path& path, int width, int height, int channels
                           height, channels, bytes));
 }
 
-std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
-  LimitThreads();
+void RequireFile(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) throw InputError(path, "there is no such picture");
   if (fs::is_directory(path, error)) throw InputError(path, "is a folder, not a picture");
+}
+
+// Null where it is no such file.
+std::unique_ptr<HeifPicture> OpenHeif(const fs::path& path) {
+  RequireFile(path);
+  auto heif = HeifPicture::Open(path);
+  if (heif) RequirePhotograph(path, heif->width(), heif->height(), heif->channels(), 1);
+  return heif;
+}
+
+std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
+  LimitThreads();
+  RequireFile(path);
   if (const auto size = WebpSize(path)) RequirePhotograph(path, size->width, size->height, 3, 1);
   if (ExrAttributeBeyondFile(path))
     throw InputError(path, "is truncated or corrupt: its header claims more than the file");
@@ -96,6 +110,8 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
     const std::string why = OneLine(OIIO::geterror());
     throw InputError(path, fmt::format("is not a picture that can be read{}{}", why.empty() ? "" : ": ", why));
   }
+  if (std::string_view(in->format_name()) == "heif")  // which OpenHeif knows by its beginning
+    throw InputError(path, "is not a picture that can be read: the file type is not at its beginning");
   const OIIO::ImageSpec& spec = in->spec();
   RequirePhotograph(path, spec.width, spec.height, spec.nchannels, spec.depth);
   return in;
@@ -145,6 +161,11 @@ Image8 ToImage8(const Image<T>& source, const std::array<int, 4>& from, int chan
 }
 
 ImageInfo ReadInfo(const fs::path& path) {
+  if (const auto heif = OpenHeif(path)) {
+    OIIO::ImageSpec spec(heif->width(), heif->height(), heif->channels(), OIIO::TypeDesc::UINT8);
+    if (const std::string exif = heif->Exif(); !exif.empty()) OIIO::decode_exif(exif, spec);
+    return PictureInfo(spec, "heif", path);
+  }
   const auto in = Open(path);
   return PictureInfo(in->spec(), in->format_name(), path);
 }
@@ -170,6 +191,11 @@ Image8 Pixels8(OIIO::ImageInput& in, const fs::path& path, int channels) {
 }
 
 Image8 Read8(const fs::path& path, int channels) {
+  if (const auto heif = OpenHeif(path)) {
+    Image8 image = heif->Pixels(channels);
+    ToSrgb(ProfileOf(*heif), image);
+    return image;
+  }
   const auto in = Open(path);
   const std::string profile = EmbeddedProfile(in->spec(), in->format_name(), path);
   Image8 image = Pixels8(*in, path, channels);
@@ -178,6 +204,13 @@ Image8 Read8(const fs::path& path, int channels) {
 }
 
 ImageF ReadF(const fs::path& path) {
+  if (const auto heif = OpenHeif(path)) {
+    const Image8 codes = heif->Pixels(heif->channels());
+    ImageF image(codes.width, codes.height, codes.channels);
+    std::transform(codes.data.begin(), codes.data.end(), image.data.begin(),
+                   [](std::uint8_t code) { return static_cast<float>(code) / 255.0f; });
+    return image;
+  }
   const auto in = Open(path);
   return ReadPixels<float>(*in, path, OIIO::TypeDesc::FLOAT);
 }
