@@ -50,6 +50,14 @@ void RunOne(const BatchOptions& options, ProgressSink& progress, BatchCapture& c
   }
 }
 
+// Of those that failed.
+ExitCode CommonCode(const std::vector<BatchCapture>& captures) {
+  std::set<int> codes;
+  for (const BatchCapture& c : captures)
+    if (!c.failed.empty()) codes.insert(c.code);
+  return codes.size() == 1 ? static_cast<ExitCode>(*codes.begin()) : ExitCode::kDataRefused;
+}
+
 }  // namespace
 
 std::vector<std::string> CaptureArguments(const std::vector<std::string>& line) {
@@ -136,9 +144,10 @@ BatchSummary RunBatch(const BatchOptions& options, ProgressSink& progress) {
   fs::create_directories(options.output, error);
   WriteTextAtomically(options.output / kTable, JsonKeys(summary).Text(1) + "\n");
   if (failed > 0)
-    throw DataError(fmt::format("{} of {} captures failed: see {}", failed, summary.captures.size(),
-                                (options.output / kTable).string()),
-                    "the same command goes on with them");
+    throw Error(CommonCode(summary.captures),
+                fmt::format("{} of {} captures failed: see {}", failed, summary.captures.size(),
+                            (options.output / kTable).string()),
+                {}, "the same command goes on with them");
   return summary;
 }
 

@@ -278,26 +278,56 @@ TEST_F(FaultInjection, PipelineFromPhotos) {
             "",
             true});
 }
-// Photos that cannot be read are left out of its picture, and said: what it writes counts here.
+TEST_F(FaultInjection, PipelineOfABatch) {
+  SweepAll(
+      {{"lumi-pipeline", "--batch", "@/list.txt", "-o", "@/new", "--proxy", "plane", "--holdout", "0", "--no-video"},
+       {"workspace", "list.txt"},
+       {"lumigraph.json", "provenance/", "IMPORT-UNFINISHED", "batch.json"},
+       "",
+       true});
+}
+
+// A screen for the viewer, for as long as it lives.
+class Display {
+ public:
+  explicit Display(const fs::path& folder)
+      : number_file_(folder / "display"),
+        server_({FindProgram("sh")->string(), "-c",
+                 "exec Xvfb -displayfd 3 -screen 0 640x480x24 3>" + number_file_.string()}) {
+    for (int i = 0; i < 300 && number_.empty(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      std::ifstream(number_file_) >> number_;
+    }
+    ::setenv("DISPLAY", (":" + number_).c_str(), 1);
+    ::setenv("XDG_CONFIG_HOME", (folder / "config").c_str(), 1);
+  }
+  bool Works() const { return !number_.empty(); }
+
+ private:
+  fs::path number_file_;
+  ChildProgram server_;
+  std::string number_;
+};
+FaultCase OfTheViewer(const std::string& script) {
+  return {{"lumi-view", "@/scene", "--width", "160", "--height", "120", "--no-ui", "--script", script},
+          {"scene/images"}};
+}
 TEST_F(FaultInjection, ViewerWrites) {
   if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
-  const fs::path display = *folder_ / "display";
-  const ChildProgram server(
-      {FindProgram("sh")->string(), "-c", "exec Xvfb -displayfd 3 -screen 0 640x480x24 3>" + display.string()});
-  std::string number;
-  for (int i = 0; i < 300 && number.empty(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    std::ifstream(display) >> number;
-  }
-  ASSERT_FALSE(number.empty()) << "Xvfb does not start";
-  ::setenv("DISPLAY", (":" + number).c_str(), 1);
-  ::setenv("XDG_CONFIG_HOME", (Work() / "config").c_str(), 1);
-  const FaultCase c{{"lumi-view", "@/scene", "--width", "160", "--height", "120", "--no-ui", "--script",
-                     "wait; screenshot @/shot.png; key-add; jump 1; key-add; path-save @/path.json; "
-                     "path-save-nerfstudio @/nerfstudio.json"},
-                    {"scene/images"}};
+  const Display display(folder_->path());
+  ASSERT_TRUE(display.Works()) << "Xvfb does not start";
+  const FaultCase c = OfTheViewer(
+      "wait; screenshot @/shot.png; key-add; jump 1; key-add; path-save @/path.json; "
+      "path-save-nerfstudio @/nerfstudio.json");
   PlantTemporaries(c);
   Sweep(c, FaultKind::kWrite);
+}
+// Photos that cannot be read are left out of its picture, and said: what is compared is a path without pictures.
+TEST_F(FaultInjection, ViewerReads) {
+  if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
+  const Display display(folder_->path());
+  ASSERT_TRUE(display.Works()) << "Xvfb does not start";
+  Sweep(OfTheViewer("wait; key-add; jump 1; key-add; path-save @/path.json"), FaultKind::kRead);
 }
 
 }  // namespace

@@ -84,6 +84,7 @@ void FaultInjection::SetUpTestSuite() {
   fs::create_directories(Template() / "workspace");
   fs::copy(capture / "images", Template() / "workspace/images", fs::copy_options::recursive);
   fs::copy(capture / "sparse", Template() / "workspace/sparse", fs::copy_options::recursive);
+  WriteTextAtomically(Template() / "list.txt", "workspace\n");
   // Photos with enough to see for COLMAP, and what it found in them.
   const fs::path taken = Template() / "taken", scene = *folder_ / "reconstructed";
   Make({"lumi-simulate", "--example", "desk", "--views", "4", "--width", "240", "-o", taken.string()});

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// Answers at once, but for captures whose name begins with "bad"; waits until `together` are there.
+// Answers at once, but for captures whose name begins with "bad" or "full"; waits until `together` are there.
 struct Pretended final : Executor {
   explicit Pretended(int together) : wanted(together) {}
   SiblingAnswer Run(const ExecutedStage& stage, ProgressSink& progress) override {
@@ -28,6 +28,7 @@ struct Pretended final : Executor {
     while (here < wanted) std::this_thread::yield();
     progress.Message("made");
     if (stage.name.starts_with("bad")) throw DataError("nothing to see", "take more", stage.sibling.arguments[0]);
+    if (stage.name.starts_with("full")) throw MachineError("no space left");
     return {JsonKeys(), 2.5};
   }
   std::vector<SiblingAnswer> RunAll(const std::vector<ExecutedStage>&, const std::string&, ProgressSink&) override {
@@ -43,7 +44,7 @@ struct Pretended final : Executor {
 class Batch : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* name : {"first", "bad.one", "with space"}) fs::create_directories(folder_ / "in" / name);
+    for (const char* name : {"first", "bad.one", "with space", "full"}) fs::create_directories(folder_ / "in" / name);
     WriteTextAtomically(folder_ / "in" / "film.mp4", "x");
   }
   fs::path List(const std::string& text) {
@@ -90,7 +91,15 @@ TEST_F(Batch, ListsThatCannotBeMeantAreRefusedByLine) {
 TEST_F(Batch, AllAreThereAtOnceAndOneThatFailsDoesNotStopTheOthers) {
   auto executor = std::make_shared<Pretended>(3);
   const BatchOptions options{List("first\nbad.one\nwith space\n"), folder_ / "out", {"--no-video"}, executor};
-  EXPECT_THROW(RunBatch(options, SilentProgress()), DataError);
+  const auto code = [](const BatchOptions& o) {
+    try {
+      RunBatch(o, SilentProgress());
+    } catch (const Error& e) {
+      return e.code();
+    }
+    return ExitCode::kDone;
+  };
+  EXPECT_EQ(code(options), ExitCode::kDataRefused);
   ASSERT_EQ(executor->lines.size(), 3U);
   for (const auto& line : executor->lines) {
     EXPECT_EQ(line[1], "-o");
@@ -100,6 +109,11 @@ TEST_F(Batch, AllAreThereAtOnceAndOneThatFailsDoesNotStopTheOthers) {
   EXPECT_THAT(told, HasSubstr("nothing to see"));
   EXPECT_THAT(told, HasSubstr("with space"));
   EXPECT_EQ(told.find("\"code\": 0"), std::string::npos);
+  const auto code_of = [&](const char* list, int together) {
+    return code({List(list), folder_ / "other", {}, std::make_shared<Pretended>(together)});
+  };
+  EXPECT_EQ(code_of("full\nfirst\n", 2), ExitCode::kMachine);
+  EXPECT_EQ(code_of("full\nbad.one\n", 2), ExitCode::kDataRefused);  // they differ
   const BatchSummary well =
       RunBatch({List("first\n"), folder_ / "well", {}, std::make_shared<Pretended>(1)}, SilentProgress());
   EXPECT_EQ(well.captures[0].seconds, 2.5);
