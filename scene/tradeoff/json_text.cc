@@ -10,7 +10,10 @@ using Json = nlohmann::ordered_json;
 void Put(Json& object, const std::string& key, const TradeoffValue& value) {
   if (key.empty() || std::holds_alternative<std::monostate>(value)) return;
   const std::size_t dot = key.find('.');
-  if (dot != std::string::npos) return Put(object[key.substr(0, dot)], key.substr(dot + 1), value);
+  // An object from the start: a null that becomes one while memory runs out crashes where it ends (nlohmann's
+  // JSON 3.11).
+  if (dot != std::string::npos)
+    return Put(*object.emplace(key.substr(0, dot), Json::object()).first, key.substr(dot + 1), value);
   std::visit(
       [&](const auto& v) {
         if constexpr (!std::is_same_v<std::decay_t<decltype(v)>, std::monostate>) object[key] = v;
