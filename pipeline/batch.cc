@@ -50,7 +50,7 @@ void RunOne(const BatchOptions& options, ProgressSink& progress, BatchCapture& c
   }
 }
 
-// Of those that failed.
+// The exit code of the captures that failed; where theirs differ, that of data that do not allow it.
 ExitCode CommonCode(const std::vector<BatchCapture>& captures) {
   std::set<int> codes;
   for (const BatchCapture& c : captures)

@@ -1,4 +1,5 @@
-// Pictures through OpenImageIO: JPEG PNG EXR TIFF HEIC WebP, cameras' RAW files and more, any bit depth, grey, alpha.
+// Pictures through OpenImageIO: JPEG PNG EXR TIFF WebP, cameras' RAW files and more, any bit depth, grey, alpha; HEIC
+// and AVIF through libheif, 8 bits.
 // EXIF orientation is not applied (cameras are those of the stored pixels, as COLMAP's); ReadImageInfo tells it. HEIC,
 // AVIF and RAW come turned as their containers say, so theirs is 1. An embedded ICC profile (Display P3, Adobe RGB ...)
 // counts: ReadImage8 gives sRGB, and leaves the pixels of files without a profile, or with sRGB's, as they are.

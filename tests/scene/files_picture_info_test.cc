@@ -196,6 +196,7 @@ void ExpectCorrupt(const fs::path& path, const std::string& words) {
     ADD_FAILURE() << path << " was read";
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
   }
 }
 
@@ -207,6 +208,8 @@ TEST(PictureInfo, DamagedHeifIsRefused) {
   const std::string whole = Read(fs::path(LUMI_SOURCE_DIR) / "tests/scene/place.heic");
   Write(folder / "late.heic", std::string("\0\0\0\x08", 4) + "free" + whole);
   ExpectCorrupt(folder / "late.heic", "is not a picture that can be read");
+  Write(folder / "film.heic", std::string("\0\0\0\x18", 4) + "ftypisom" + std::string(4, '\0') + "isomiso2");
+  ExpectCorrupt(folder / "film.heic", "supported brands");
   for (std::size_t n = 0; n < whole.size(); n += 5) {
     Write(folder / "cut.heic", whole.substr(0, n));
     EXPECT_THROW(ReadImage8(folder / "cut.heic"), InputError) << n << " of " << whole.size() << " bytes";

@@ -10,6 +10,7 @@
 #include <new>
 #include <string_view>
 
+#include "scene/files/one_line.h"
 #include "scene/files/open_to_read.h"
 #include "scene/program/error.h"
 
@@ -29,7 +30,7 @@ void Require(const fs::path& path, const heif_error& error, std::string_view wha
   if (error.code == heif_error_Ok) return;
   if (error.code == heif_error_Memory_allocation_error && error.subcode != heif_suberror_Security_limit_exceeded)
     throw std::bad_alloc();
-  throw InputError(path, fmt::format("{}: {}", what, error.message ? error.message : "no reason was given"),
+  throw InputError(path, fmt::format("{}: {}", what, OneLine(error.message ? error.message : "no reason was given")),
                    "copy it again, or leave it out");
 }
 

@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 
 #include "scene/files/codecs.h"
 #include "scene/files/libheif/heif_picture.h"
+#include "scene/files/one_line.h"
 #include "scene/files/open_to_read.h"
 #include "scene/files/openimageio/color_profile.h"
 #include "scene/files/openimageio/header_claims.h"
@@ -35,13 +35,6 @@ constexpr int kMaxChannels = 64;
 constexpr int kPngCompression = 2;
 constexpr int kPngFilterSub = 0x10;
 constexpr int kFullChromaQuality = 95;  // JPEG: from here on colour keeps its full resolution too
-
-// OpenImageIO's messages may have several lines; ours have one.
-std::string OneLine(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-  return text;
-}
 
 // Callers with many pictures read and write them in parallel, so that OpenImageIO itself gets one thread. OpenEXR gets
 // none of its own: where memory runs out, it would wait for ever for a task that none of them was given.
