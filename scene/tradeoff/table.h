@@ -30,6 +30,15 @@ namespace lumi {
 // Absent (not in JSON), a truth, a whole number, a number (NaN: null in JSON), a text.
 struct TradeoffValue : std::variant<std::monostate, bool, std::int64_t, double, std::string> {
   TradeoffValue() = default;
+  // libstdc++ takes a std::variant with a text for one that always has a value. Where memory runs out while such a one
+  // is copied, it destroys a value that is not there: the copy is made elsewhere, and moved.
+  TradeoffValue(const TradeoffValue& other)
+      : variant(std::visit([](const auto& v) { return variant(std::in_place_type<std::decay_t<decltype(v)>>, v); },
+                           static_cast<const variant&>(other))) {}
+  TradeoffValue(TradeoffValue&&) = default;
+  TradeoffValue& operator=(const TradeoffValue& other) { return *this = TradeoffValue(other); }
+  TradeoffValue& operator=(TradeoffValue&&) = default;
+  ~TradeoffValue() = default;
   TradeoffValue(bool truth) : variant(truth) {}
   TradeoffValue(double number) : variant(number) {}
   TradeoffValue(std::optional<double> number) : variant(number.value_or(CostAndQuality::kNone)) {}

@@ -1,9 +1,13 @@
 // The table of accuracy against time that all stages share: its front, and how it is written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -98,6 +102,24 @@ TEST(TradeoffTable, QuotesInCsvWhatNeedsIt) {
             "\"5 views\",views,5,2,5,,,0\n"
             "\"1 view\",views,0.1,,,,\"too few, \"\"say\"\"\",\n");
 }
+
+#ifndef __SANITIZE_ADDRESS__  // which needs more addresses than there are
+TEST(TradeoffTable, MemoryMayRunOutWhileAValueIsCopied) {
+  const TradeoffValue value(std::string(std::size_t{256} << 20, 'x'));
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &limit), 0);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit less = limit;
+  less.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + (std::size_t{64} << 20);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &less), 0);
+  TradeoffValue other("as it was");
+  EXPECT_THROW(const TradeoffValue copy(value), std::bad_alloc);
+  EXPECT_THROW(other = value, std::bad_alloc);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limit), 0);
+  EXPECT_EQ(std::get<std::string>(other), "as it was");
+}
+#endif
 
 TEST(TradeoffTable, ComesBackFromJsonAsItWas) {
   TradeoffTable table = TableOf(kRows);
