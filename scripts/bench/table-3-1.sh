@@ -9,12 +9,13 @@ heading 'Published methods, held out'
 "$bin/lumi-render" methods-report "$out"/*/methods.json
 heading 'Table 3.1 as figures'
 cat "$out/table-3-1.md"
-# Beside the page: a capture's results as JSON, and a row a method and view as CSV.
+# Beside the page: a capture's results as JSON, a row a method and view as CSV, and quality against time as a plot.
 if [ -n "${LUMI_BENCH_UPDATE:-}" ]; then
   mkdir -p docs/benchmark
   for results in "$out"/*/methods.json; do
     folder=${results%/methods.json}
     cp "$results" "docs/benchmark/${folder##*/}.json"
     cp "$folder/methods-views.csv" "docs/benchmark/${folder##*/}-views.csv"
+    cp "$folder/methods.svg" "docs/benchmark/${folder##*/}.svg"
   done
 fi
