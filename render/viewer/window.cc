@@ -13,6 +13,7 @@
 
 #include "render/gl/gl_objects.h"
 #include "scene/program/error.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
@@ -161,6 +162,9 @@ Window::Window(const std::string& title, int width_px, int height_px) {
 }
 
 Window::~Window() {
+  // A driver that memory failed in the middle of its work may hold its own locks for ever: the system takes it all
+  // back.
+  if (MemoryRanOut()) return;
   ImGui_ImplOpenGL3_Shutdown();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();

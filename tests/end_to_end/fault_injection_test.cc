@@ -312,6 +312,7 @@ FaultCase OfTheViewer(const std::string& script) {
   return {{"lumi-view", "@/scene", "--width", "160", "--height", "120", "--no-ui", "--script", script},
           {"scene/images"}};
 }
+constexpr const char* kPathOfTwo = "wait; key-add; jump 1; key-add; path-save @/path.json";
 TEST_F(FaultInjection, ViewerWrites) {
   if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
   const Display display(folder_->path());
@@ -327,7 +328,13 @@ TEST_F(FaultInjection, ViewerReads) {
   if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
   const Display display(folder_->path());
   ASSERT_TRUE(display.Works()) << "Xvfb does not start";
-  Sweep(OfTheViewer("wait; key-add; jump 1; key-add; path-save @/path.json"), FaultKind::kRead);
+  Sweep(OfTheViewer(kPathOfTwo), FaultKind::kRead);
+}
+TEST_F(FaultInjection, ViewerAllocates) {
+  if (!FindProgram("Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
+  const Display display(folder_->path());
+  ASSERT_TRUE(display.Works()) << "Xvfb does not start";
+  Sweep(OfTheViewer(kPathOfTwo), FaultKind::kMemory);
 }
 
 }  // namespace
