@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "scene/program/error.h"
+#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
@@ -61,7 +62,9 @@ GlObject<kKind> GlObject<kKind>::Make() {
 
 template <GlKind kKind>
 void GlObject<kKind>::Release() {
-  if (id_ == 0) return;
+  // A driver that memory failed in the middle of its work may hold its own locks for ever: the system takes it all
+  // back.
+  if (id_ == 0 || MemoryRanOut()) return;
   if constexpr (kKind == GlKind::kBuffer) glDeleteBuffers(1, &id_);
   if constexpr (kKind == GlKind::kTexture) glDeleteTextures(1, &id_);
   if constexpr (kKind == GlKind::kFramebuffer) glDeleteFramebuffers(1, &id_);

@@ -406,14 +406,23 @@ void* AllocateOrThrow(std::size_t size, std::size_t alignment) {
   return p;
 }
 
+// As the standard library's: the handler is asked here, too.
+void* AllocateOrNull(std::size_t size) noexcept {
+  try {
+    return AllocateOrThrow(size, 1);
+  } catch (...) {
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 void* operator new(std::size_t n) { return AllocateOrThrow(n, 1); }
 void* operator new[](std::size_t n) { return AllocateOrThrow(n, 1); }
 void* operator new(std::size_t n, std::align_val_t a) { return AllocateOrThrow(n, static_cast<std::size_t>(a)); }
 void* operator new[](std::size_t n, std::align_val_t a) { return AllocateOrThrow(n, static_cast<std::size_t>(a)); }
-void* operator new(std::size_t n, const std::nothrow_t&) noexcept { return Allocate(n, 1); }
-void* operator new[](std::size_t n, const std::nothrow_t&) noexcept { return Allocate(n, 1); }
+void* operator new(std::size_t n, const std::nothrow_t&) noexcept { return AllocateOrNull(n); }
+void* operator new[](std::size_t n, const std::nothrow_t&) noexcept { return AllocateOrNull(n); }
 void operator delete(void* p) noexcept { free(p); }
 void operator delete[](void* p) noexcept { free(p); }
 void operator delete(void* p, std::size_t) noexcept { free(p); }
