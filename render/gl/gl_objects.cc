@@ -119,7 +119,7 @@ GlProgram::GlProgram(const std::string& name, const std::string& compute)
     : id_(Link(name, {Compile(GL_COMPUTE_SHADER, name, compute)})) {}
 
 GlProgram::~GlProgram() {
-  if (id_ != 0) glDeleteProgram(id_);
+  if (id_ != 0 && !MemoryRanOut()) glDeleteProgram(id_);
 }
 
 void GlProgram::Use() const { glUseProgram(id_); }
