@@ -108,6 +108,7 @@ EglContext::EglContext() : impl_(std::make_unique<Impl>()) {
 }
 
 EglContext::~EglContext() {
+  if (!CanTearDownGl()) return;
   if (impl_->surface != EGL_NO_SURFACE) eglDestroySurface(impl_->display, impl_->surface);
   if (impl_->context != EGL_NO_CONTEXT) eglDestroyContext(impl_->display, impl_->context);
   // The display stays initialised: a process has only one, and another context may use it.
@@ -125,6 +126,7 @@ EglContext::Current::Current(const EglContext& context)
 }
 
 EglContext::Current::~Current() {
+  if (!CanTearDownGl()) return;
   if (old_display_ != EGL_NO_DISPLAY && old_context_ != EGL_NO_CONTEXT)
     eglMakeCurrent(old_display_, old_draw_, old_read_, old_context_);
   else

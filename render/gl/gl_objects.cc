@@ -60,11 +60,11 @@ GlObject<kKind> GlObject<kKind>::Make() {
   return o;
 }
 
+bool CanTearDownGl() { return !MemoryRanOut(); }
+
 template <GlKind kKind>
 void GlObject<kKind>::Release() {
-  // A driver that memory failed in the middle of its work may hold its own locks for ever: the system takes it all
-  // back.
-  if (id_ == 0 || MemoryRanOut()) return;
+  if (id_ == 0 || !CanTearDownGl()) return;
   if constexpr (kKind == GlKind::kBuffer) glDeleteBuffers(1, &id_);
   if constexpr (kKind == GlKind::kTexture) glDeleteTextures(1, &id_);
   if constexpr (kKind == GlKind::kFramebuffer) glDeleteFramebuffers(1, &id_);
@@ -119,7 +119,7 @@ GlProgram::GlProgram(const std::string& name, const std::string& compute)
     : id_(Link(name, {Compile(GL_COMPUTE_SHADER, name, compute)})) {}
 
 GlProgram::~GlProgram() {
-  if (id_ != 0 && !MemoryRanOut()) glDeleteProgram(id_);
+  if (id_ != 0 && CanTearDownGl()) glDeleteProgram(id_);
 }
 
 void GlProgram::Use() const { glUseProgram(id_); }

@@ -8,6 +8,10 @@
 
 namespace lumi {
 
+// False once memory ran out: a driver that failed in the middle of its work may hold its own locks for ever, and what
+// is to be torn down is left to the system, which takes it back as the program ends.
+bool CanTearDownGl();
+
 enum class GlKind { kBuffer, kTexture, kFramebuffer, kVertexArray };
 
 template <GlKind kKind>

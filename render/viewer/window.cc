@@ -13,7 +13,6 @@
 
 #include "render/gl/gl_objects.h"
 #include "scene/program/error.h"
-#include "scene/program/out_of_memory.h"
 
 namespace lumi {
 namespace {
@@ -162,9 +161,7 @@ Window::Window(const std::string& title, int width_px, int height_px) {
 }
 
 Window::~Window() {
-  // A driver that memory failed in the middle of its work may hold its own locks for ever: the system takes it all
-  // back.
-  if (MemoryRanOut()) return;
+  if (!CanTearDownGl()) return;
   ImGui_ImplOpenGL3_Shutdown();
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
