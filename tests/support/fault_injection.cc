@@ -331,6 +331,13 @@ namespace {
 constexpr std::size_t kTable = std::size_t{1} << 20;
 constexpr int kFrames = 12;
 std::uint64_t g_seen[kTable];
+// Of calls into a graphics driver, how many call stacks were seen below each.
+constexpr int kFramesOfDriver = 400;
+constexpr std::size_t kMostDriverCalls = 4096;
+struct {
+  std::uint64_t hash;
+  int stacks;
+} g_driver_calls[kMostDriverCalls];
 pthread_mutex_t g_mutex = PTHREAD_MUTEX_INITIALIZER;
 thread_local bool t_inside = false;
 
@@ -368,6 +375,61 @@ std::uint64_t StackName() {
   return hash;
 }
 
+bool IsOfDriver(const char* library) {
+  for (const char* name : {"_dri.so", "libLLVM", "libgallium", "libGLX_mesa", "libEGL_mesa"})
+    if (strstr(library, name)) return true;
+  return false;
+}
+
+// By which call of ours an allocation inside a graphics driver came about: the driver's outermost frame and those
+// nearest to it; 0 for other allocations.
+std::uint64_t DriverCall() {
+  void* frames[kFramesOfDriver];
+  const int n = backtrace(frames, kFramesOfDriver);
+  std::uint64_t hash = 0;
+  int past = 0;
+  for (int i = 3; i < n && past < kFrames; ++i) {
+    Dl_info module = {};
+    dladdr(frames[i], &module);
+    const char* const library = module.dli_fname ? module.dli_fname : "";
+    const bool is_standard = strstr(library, "libstdc++") != nullptr || strstr(library, "fault_injection") != nullptr;
+    if (past == 0 && is_standard) continue;
+    const std::uint64_t place =
+        reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase);
+    if (past == 0 && hash != 0 && strstr(library, "/ld-linux")) return kNoFrames;  // while it is loaded: all one call
+    if (past == 0 && IsOfDriver(library)) {
+      hash = Mixed(kNoFrames, place);
+    } else if (hash == 0) {
+      return 0;
+    } else {
+      hash = Mixed(hash, place);
+      ++past;
+    }
+  }
+  return hash;
+}
+
+// How many call stacks there were of that call, with this one.
+int StacksOf(std::uint64_t driver_call) {
+  pthread_mutex_lock(&g_mutex);
+  std::size_t at = 0;
+  while (g_driver_calls[at].hash != 0 && g_driver_calls[at].hash != driver_call) ++at;
+  if (at + 1 == kMostDriverCalls) _exit(127);
+  g_driver_calls[at].hash = driver_call;
+  const int count = ++g_driver_calls[at].stacks;
+  pthread_mutex_unlock(&g_mutex);
+  return count;
+}
+
+// Of a driver's call stacks, whose shader compiler has thousands, the first, second, fourth, eighth ... of each call of
+// ours fail; all others. 0: it is not among them. Else a name that is the same in every run.
+std::uint64_t FailingStack() {
+  const std::uint64_t call = DriverCall();
+  if (call == 0) return StackName();
+  const int n = StacksOf(call);
+  return (n & (n - 1)) == 0 ? Mixed(call, static_cast<std::uint64_t>(n)) : 0;
+}
+
 // Where it happened, for a person: a line a frame.
 void LogStack() {
   void* frames[2 * kFrames];
@@ -378,9 +440,10 @@ bool AllocationFails(std::size_t size) {
   if (!g_armed || t_inside) return false;
   t_inside = true;
   const long n = ++g_count;
-  if (g_at == 0 && IsNewStack()) {
+  const std::uint64_t stack = g_at == 0 && IsNewStack() ? FailingStack() : 0;
+  if (stack != 0) {
     char name[20];
-    snprintf(name, sizeof name, "%016llx", static_cast<unsigned long long>(StackName()));
+    snprintf(name, sizeof name, "%016llx", static_cast<unsigned long long>(stack));
     Log("call", n, "new", name);
   }
   if (n == g_at) {
