@@ -50,7 +50,7 @@ std::vector<RadianceSettings> Choices(std::string_view name, const RadianceSetti
   for (const Resolution resolution : {Resolution::kOff, Resolution::kJacobian})
     for (const double feather : {base.fov_feather, kNarrowFeather})
       if (name == kOptimum)
-        for (const double r_max_deg : {2.5, 5.0, 10.0}) {
+        for (const double r_max_deg : {0.25, 2.5, 10.0}) {  // photos of a light field are as close as the first
           RadianceSettings& s = add(Method::kOptimumPixel, resolution, feather);
           s.r_max_rad = r_max_deg * kRadPerDeg;
           s.r_min_rad = std::min(s.r_min_rad, s.r_max_rad);

@@ -132,6 +132,7 @@ class RayProperties {
 
  private:
   static constexpr std::size_t kBorderRays = 4;
+  static constexpr double kWellInside = 0.02;  // of the photo's smaller side: beyond the default feather
   static constexpr double kInside = 1e-4;  // of the photo's size: at the border, but inside it whatever the rounding
 
   // Settings for a photo at its own camera, without visibility: its feathers beside silhouettes belong to another
@@ -244,9 +245,10 @@ class RayProperties {
     if (!p) return kNoFigure;
     const Eigen::Vector3d eye =
         v.centre + 0.3 * bench_.Spacing() * Eigen::Vector3d(both(random), both(random), both(random));
-    // Only for points that another photo contains: otherwise the photo's border is a border of the picture.
+    // Only for points that another photo shows well inside its own border: otherwise no photo could take over.
     bool other = false;
-    for (std::size_t i = 0; i < bench_.sources().views.size() && !other; ++i) other = i != j && Contains(i, *p);
+    for (std::size_t i = 0; i < bench_.sources().views.size() && !other; ++i)
+      other = i != j && Contains(i, *p, kWellInside);
     if (!other) return kNoFigure;
     return bench_.WeightsAt(eye, *p, s_, bench_.Facing(eye, *p))[j];
   }
@@ -299,10 +301,13 @@ class RayProperties {
     return largest;
   }
 
-  bool Contains(std::size_t j, const Eigen::Vector3d& p) const {
+  // inside: distance from the border, at least, as a share of the photo's smaller side.
+  bool Contains(std::size_t j, const Eigen::Vector3d& p, double inside = 0) const {
     const RenderView& v = bench_.sources().views[j];
+    const double edge_px = inside * v.size_px.minCoeff();
     const auto x = Project(v.P, p);
-    return x && x->x() >= 0 && x->y() >= 0 && x->x() <= v.size_px.x() && x->y() <= v.size_px.y();
+    return x && x->x() >= edge_px && x->y() >= edge_px && x->x() <= v.size_px.x() - edge_px &&
+           x->y() <= v.size_px.y() - edge_px;
   }
 
   const RayBench& bench_;
