@@ -70,7 +70,7 @@ std::string Chosen(const RadianceSettings& s) {
     return text.empty() ? "as published" : text;
   }
   if (s.similarity == Similarity::kFull)
-    return fmt::format("r_max {:g} deg, resolution {}, feather {:g}", std::round(s.r_max_rad / kRadPerDeg * 10) / 10,
+    return fmt::format("r_max {:g} deg, resolution {}, feather {:g}", std::round(s.r_max_rad / kRadPerDeg * 100) / 100,
                        Name(s.resolution), s.fov_feather);
   return fmt::format("k {}, resolution {}, feather {:g}", s.k, Name(s.resolution), s.fov_feather);
 }
