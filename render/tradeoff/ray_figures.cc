@@ -132,7 +132,7 @@ class RayProperties {
 
  private:
   static constexpr std::size_t kBorderRays = 4;
-  static constexpr double kWellInside = 0.02;  // of the photo's smaller side: beyond the default feather
+  static constexpr double kWellInside = 0.02;  // of the photo's smaller side: as wide as the default feather
   static constexpr double kInside = 1e-4;  // of the photo's size: at the border, but inside it whatever the rounding
 
   // Settings for a photo at its own camera, without visibility: its feathers beside silhouettes belong to another

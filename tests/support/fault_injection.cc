@@ -332,10 +332,10 @@ constexpr std::size_t kTable = std::size_t{1} << 20;
 constexpr int kFrames = 12;
 std::uint64_t g_seen[kTable];
 // Of calls into a graphics driver, how many call stacks were seen below each.
-constexpr int kFramesOfDriver = 400;
+constexpr int kFramesOfDriver = 400;  // a shader compiler recurses deeply
 constexpr std::size_t kMostDriverCalls = 4096;
 struct {
-  std::uint64_t hash;
+  std::uint64_t hash;  // 0: free
   int stacks;
 } g_driver_calls[kMostDriverCalls];
 pthread_mutex_t g_mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -360,8 +360,13 @@ bool IsNewStack() {
   return fresh;
 }
 
-// The nearest frames by their places in program and libraries: the same in every run. What a library does while it is
-// loaded is the same in every program: no frame from the loader on.
+// Where in its program or library a frame is: the same in every run.
+std::uint64_t PlaceOf(const void* frame, const Dl_info& module) {
+  return reinterpret_cast<std::uint64_t>(frame) - reinterpret_cast<std::uint64_t>(module.dli_fbase);
+}
+
+// The nearest frames by their places in program and libraries. What a library does while it is loaded is the same in
+// every program: no frame from the loader on.
 std::uint64_t StackName() {
   void* frames[kFrames];
   const int n = backtrace(frames, kFrames);
@@ -370,7 +375,7 @@ std::uint64_t StackName() {
     Dl_info module = {};
     dladdr(frames[i], &module);
     if (module.dli_fname && strstr(module.dli_fname, "/ld-linux")) break;
-    hash = Mixed(hash, reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase));
+    hash = Mixed(hash, PlaceOf(frames[i], module));
   }
   return hash;
 }
@@ -394,8 +399,7 @@ std::uint64_t DriverCall() {
     const char* const library = module.dli_fname ? module.dli_fname : "";
     const bool is_standard = strstr(library, "libstdc++") != nullptr || strstr(library, "fault_injection") != nullptr;
     if (past == 0 && is_standard) continue;
-    const std::uint64_t place =
-        reinterpret_cast<std::uint64_t>(frames[i]) - reinterpret_cast<std::uint64_t>(module.dli_fbase);
+    const std::uint64_t place = PlaceOf(frames[i], module);
     if (past == 0 && hash != 0 && strstr(library, "/ld-linux")) return kNoFrames;  // while it is loaded: all one call
     if (past == 0 && IsOfDriver(library)) {
       hash = Mixed(kNoFrames, place);
