@@ -258,38 +258,45 @@ int main(int argc, char** argv) {
     read();
     return RunMeasuring(line, program.progress());
   };
+  // What of the program's own options the measuring commands start from, or refuse with a reason.
+  const std::vector<std::string> start_from = {"Reconstruction", "--effects", "--settings", "--rescale-cameras"};
+  std::vector<std::string> measured_with = start_from;
+  measured_with.insert(measured_with.end(), {"--backend", "--budget-ms", "--phase"});
   const Options tradeoff = program.Command("tradeoff",
                                            "Accuracy against time: measures settings, recommends some for 8, 16, 33, "
                                            "100 ms and no limit, keeps the front in "
                                            "the scene",
-                                           measure);
+                                           measure, measured_with);
   AddMeasuring(tradeoff, line.measure);
   AddTradeoff(tradeoff, line);
-  AddMeasuring(program.Command("properties", "A figure for each of the nine properties of Table 3.2",
-                               [&] {
-                                 line.properties = true;
-                                 return measure();
-                               }),
+  AddMeasuring(program.Command(
+                   "properties", "A figure for each of the nine properties of Table 3.2",
+                   [&] {
+                     line.properties = true;
+                     return measure();
+                   },
+                   measured_with),
                line.measure);
-  AddMethods(
-      program.Command("methods",
-                      "This renderer beside twelve published methods: held-out error and time, each with the "
-                      "settings that the choosing fold prefers",
-                      [&] {
-                        read();
-                        if (line.render.settings.method != Algorithm::kUlr ||
-                            line.render.settings.correlation == Correlation::kMeasured)
-                          throw UsageError(
-                              "methods chooses each method's settings itself: neither --method nor --correlation "
-                              "measured goes with it",
-                              "--methods NAME says which are compared");
-                        line.methods.settings = line.render.settings;
-                        line.methods.effects = line.render.effects;
-                        line.methods.decided = line.render.decided;
-                        line.methods.rescale_cameras = line.render.rescale_cameras;
-                        return RunMethods(line.methods, program.progress());
-                      }),
-      line);
+  AddMethods(program.Command(
+                 "methods",
+                 "This renderer beside twelve published methods: held-out error and time, each with the "
+                 "settings that the choosing fold prefers",
+                 [&] {
+                   read();
+                   if (line.render.settings.method != Algorithm::kUlr ||
+                       line.render.settings.correlation == Correlation::kMeasured)
+                     throw UsageError(
+                         "methods chooses each method's settings itself: neither --method nor --correlation "
+                         "measured goes with it",
+                         "--methods NAME says which are compared");
+                   line.methods.settings = line.render.settings;
+                   line.methods.effects = line.render.effects;
+                   line.methods.decided = line.render.decided;
+                   line.methods.rescale_cameras = line.render.rescale_cameras;
+                   return RunMethods(line.methods, program.progress());
+                 },
+                 start_from),
+             line);
   Options table = program.Command("table-3-1", "The thesis's Table 3.1 of what methods --properties measured",
                                   [&] { return RunTable(line.table); });
   table.Add("results", line.table.results, "methods.json of each scene").Required();

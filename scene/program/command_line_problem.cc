@@ -218,4 +218,20 @@ std::optional<CommandLineProblem> WordBesideCommand(const CLI::App& app) {
   return std::nullopt;
 }
 
+std::optional<CommandLineProblem> OptionBesideCommand(const CLI::App& app, const std::vector<std::string>& taken) {
+  const CLI::App& given = Given(app);
+  if (&given == &app) return std::nullopt;
+  for (const CLI::Option* o : app.get_options()) {
+    if (o->get_positional() || o->count() == 0) continue;
+    if (std::ranges::count(taken, o->get_name()) + std::ranges::count(taken, o->get_group()) > 0) continue;
+    const std::string name = o->get_name();
+    return CommandLineProblem{
+        fmt::format("{} is no option of {}", name, NameOf(app, given)),
+        std::ranges::count(LongOptions(given), name) > 0
+            ? fmt::format("{} has its own, which stands after it", given.get_name())
+            : fmt::format("it is one of {} itself; see {} --help", app.get_name(), NameOf(app, given))};
+  }
+  return std::nullopt;
+}
+
 }  // namespace lumi

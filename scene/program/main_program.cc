@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -116,9 +117,11 @@ Program::Program(std::string name, std::string description)
 }
 Program::~Program() = default;
 
-Options Program::Command(const std::string& name, const std::string& description, std::function<Answer()> body) {
-  commands_.emplace_back(options_.Command(name, description), std::move(body));
-  return commands_.back().first;
+Options Program::Command(const std::string& name, const std::string& description, std::function<Answer()> body,
+                         std::vector<std::string> also) {
+  also.insert(also.end(), {"--json", "--quiet", "--threads", "--seed"});
+  commands_.push_back({options_.Command(name, description), std::move(body), std::move(also)});
+  return commands_.back().options;
 }
 
 void Program::RunAndExit(int argc, char** argv, const std::function<Answer()>& body) {
@@ -151,14 +154,15 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   }
   if (const auto problem = WordBesideCommand(*app_))
     return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
+  const auto command = std::ranges::find_if(commands_, [](const CommandToRun& c) { return c.options.given(); });
+  if (command != commands_.end())
+    if (const auto problem = OptionBesideCommand(*app_, command->taken))
+      return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
   try {
     PrepareLastWords(name_, json_);
     sink_ = MakeStderrProgress(quiet_);
     SetThreadCount(threads_);
-    const std::function<Answer()>* what = &body;
-    for (const auto& [command, does] : commands_)
-      if (command.given()) what = &does;
-    const Answer answer = (*what)();
+    const Answer answer = command != commands_.end() ? command->body() : body();
     ThrowIfMemoryRanOut();
     if (json_)
       PrintJson(name_, answer.keys);

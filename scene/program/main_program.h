@@ -32,8 +32,10 @@ class Program {
   int threads() const { return threads_; }
   std::uint64_t seed() const { return seed_; }
 
-  // A command, and what it does.
-  Options Command(const std::string& name, const std::string& description, std::function<Answer()> body);
+  // A command, and what it does. It takes its own options, those that every program has, and `also` of the program's,
+  // by name ("--effects") or by heading; others beside it are refused.
+  Options Command(const std::string& name, const std::string& description, std::function<Answer()> body,
+                  std::vector<std::string> also = {});
 
   // Parses, runs `body`, or the command that was given, prints the answer's JSON on stdout under --json, "schema" and
   // "version" in front of its keys, else its text; turns exceptions into one line and an exit code.
@@ -45,7 +47,12 @@ class Program {
   std::string name_;
   std::unique_ptr<CLI::App> app_;
   Options options_;
-  std::vector<std::pair<Options, std::function<Answer()>>> commands_;
+  struct CommandToRun {
+    Options options;
+    std::function<Answer()> body;
+    std::vector<std::string> taken;
+  };
+  std::vector<CommandToRun> commands_;
   std::unique_ptr<ProgressSink> sink_;
   bool json_ = false;
   bool quiet_ = false;

@@ -457,6 +457,7 @@ class Cases {
     line("`lumi-render SCENE --width wide`", {"lumi-render", "SCENE", "-o", "OUT", "--width", "wide"});
     line("`lumi-render SCENE OUT`", {"lumi-render", "SCENE", "OUT"});
     line("`lumi-render properties SCENE OUT`", {"lumi-render", "properties", "SCENE", "OUT"});
+    line("`lumi-render methods SCENE --view 3`", {"lumi-render", "methods", "SCENE", "--view", "3"});
     line("`lumi-render SCENE --show tesselation`", {"lumi-render", "SCENE", "-o", "OUT", "--show", "tesselation"});
     line("`lumi-reconstruct PHOTOS --outptu SCENE`", {"lumi-reconstruct", "PHOTOS", "--outptu", "SCENE"});
     line("`lumi-reconstruct PHOTOS --backend colmpa`",

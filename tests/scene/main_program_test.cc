@@ -176,7 +176,8 @@ Outcome StartWithOptions(std::vector<std::string> args) {
   program.options().Add("--kind", kind, "Of what", {{"round", Kind::kRound}, {"square", Kind::kSquare}});
   Options simplify = program.Command("simplify", "Fewer", [] { return Answer(JsonKeys(), "fewer"); });
   simplify.Add("--faces", faces, "How many");
-  program.Command("info", "Says", [] { return Answer(JsonKeys(), "said"); });
+  program.options().Group("Shared").Add("--depth", faces, "Of both");
+  program.Command("info", "Says", [] { return Answer(JsonKeys(), "said"); }, {"--show", "Shared"});
   Outcome o;
   o.code = program.Run(static_cast<int>(argv.size()), argv.data(), [&] {
     Answer answer(JsonKeys(), "width " + std::to_string(width) + "\nand more");
@@ -212,6 +213,24 @@ TEST(CommandLine, NamesTheOptionThatIsNoneAndTheOneThatWasMeant) {
     EXPECT_NE(o.err.find(said), std::string::npos) << said << "\n" << o.err;
     EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
   }
+}
+
+// An option that is read and does nothing would pass for one that was obeyed.
+TEST(CommandLine, AnOptionThatTheCommandHasNoUseForIsRefused) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"simplify", "--width", "3"}, "--width is no option of lumi-test simplify (it is one of lumi-test itself; "},
+      {{"--width", "3", "simplify"}, "--width is no option of lumi-test simplify (it is one of lumi-test itself; "},
+      {{"info", "--kind", "round"}, "--kind is no option of lumi-test info"},
+      {{"simplify", "--depth", "3"}, "--depth is no option of lumi-test simplify"}};
+  for (const auto& [args, said] : cases) {
+    const Outcome o = StartWithOptions(args);
+    EXPECT_EQ(o.code, 2) << said;
+    EXPECT_NE(o.err.find(said), std::string::npos) << said << "\n" << o.err;
+  }
+  for (const auto& args : {std::vector<std::string>{"info", "--show", "color", "--threads", "1"},
+                           {"--depth", "3", "info"},
+                           {"simplify", "--faces", "3", "--quiet"}})
+    EXPECT_EQ(StartWithOptions(args).code, 0) << args.front();
 }
 
 TEST(CommandLine, HelpListsTheWordsThatAnOptionTakes) {
