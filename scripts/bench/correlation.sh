@@ -15,10 +15,7 @@ simulated car car
 rows=("desk-60 truth/mesh.ply" "desk-60 plane" "hallway-60 tube" "plaza-60 planes" "car hull")
 # Real ones over the proxy that was chosen for them.
 for capture in fox fountain sceaux; do if captured "$capture"; then rows+=("$capture "); fi; done
-if knights_scene; then rows+=("knights "); fi
-
-# All 289 photos of a light field correlate, which takes milliseconds a ray: four of them are drawn, at half the size.
-drawn() { if [ "$1" = knights ]; then echo --holdout 96 --width 80; else echo --holdout 8 --width 160; fi; }
+# Not knights: all 289 photos of that light field correlate, and a ray takes a fifth of a second.
 
 # judged SCENE PROXY OPTIONS...: sets db, PSNR over seen pixels; ms, milliseconds a frame; and label, the proxy's name.
 judged() {
@@ -29,14 +26,13 @@ judged() {
     *) over=(--proxy "$2") ;;
   esac
   shift 2
-  # shellcheck disable=SC2046
-  json=$("$bin/lumi-render" "$scene" ${over[@]+"${over[@]}"} $(drawn "${scene##*/}") "$@" --json --quiet)
+  json=$("$bin/lumi-render" "$scene" ${over[@]+"${over[@]}"} --holdout 8 --width 160 "$@" --json --quiet)
   db=$(json_figure "$json" psnr_seen_mean_db) ms=$(json_figure "$json" ms_per_frame 0) label=$(json_text "$json" proxy)
   case $label in */truth/mesh.ply) label='true mesh' ;; esac
 }
 optimum=(--similarity full) measured=(--similarity full --correlation measured --cutoff-deg 40)
 heading 'Correlation as the data have it, held out'
-printf 'PSNR over seen pixels, dB, 160 pixels wide, photos 0, 8 ... (knights: 80 pixels wide, photos 0, 96 ...); milliseconds a frame.\n\n'
+printf 'PSNR over seen pixels, dB, 160 pixels wide, photos 0, 8 ...; milliseconds a frame.\n\n'
 printf '| capture | proxy | `1/h`, k 4 | `1/h`, k 8 | leaves | measured | 4 regions | ms: k 4 | leaves | measured | 4 regions |\n|---|---|---|---|---|---|---|---|---|---|---|\n'
 for row in "${rows[@]}"; do
   capture=${row%% *} over=${row#* } figures='' times=''
