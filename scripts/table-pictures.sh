@@ -30,28 +30,16 @@ mkdir -p "$out" "$captures"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# scene NAME EXAMPLE OPTIONS...: a capture, made once.
-scene() {
-  local name=$1 example=$2
-  shift 2
-  [ -d "$captures/$name/truth" ] || "$bin/lumi-simulate" --example "$example" "$@" -o "$captures/$name" --quiet >/dev/null
-}
-# proxied NAME COMMAND...: its proxy, made where it is missing.
-proxied() {
-  local scene=$1 name=$2
-  shift 2
-  [ -f "$captures/$scene/proxies/$name.ply" ] || "$bin/lumi-proxy" "$@" --quiet >/dev/null
-}
-scene hallway-60 hallway --views 60 --width 320
-[ -f "$captures/hallway-60/proxies/tube.ply" ] ||
-  "$bin/lumi-proxy" import scripts/thesis-figures/hallway.obj "$captures/hallway-60" --name tube --quiet >/dev/null
+hallway=$captures/hallway-60
+[ -d "$hallway/truth" ] || "$bin/lumi-simulate" --example hallway --views 60 --width 320 -o "$hallway" --quiet >/dev/null
+[ -f "$hallway/proxies/tube.ply" ] || "$bin/lumi-proxy" import scripts/thesis-figures/hallway.obj "$hallway" --name tube --quiet >/dev/null
 
 # rendered METHOD OPTIONS...: into $work/one.
 rendered() {
   local method=$1
   shift
   rm -rf "$work/one"
-  "$bin/lumi-render" "$captures/hallway-60" --proxy tube --method "$method" "$@" -o "$work/one" --quiet >/dev/null
+  "$bin/lumi-render" "$hallway" --proxy tube --method "$method" "$@" -o "$work/one" --quiet >/dev/null
 }
 tiles=()
 # tile PICTURE
@@ -63,7 +51,7 @@ for method in ulr gortler-1996 debevec-1998; do
   rendered "$method" --view 30 --leave-out --show false-color
   tile "$(find "$work/one" -name '*.png' | head -n 1)"
 done
-tile "$(find "$captures/hallway-60/images" -type f | sort | sed -n 31p)"
+tile "$(find "$hallway/images" -type f | sort | sed -n 31p)"
 for method in ulr levoy-hanrahan-1996; do
   rendered "$method" --view 30 --leave-out
   tile "$(find "$work/one" -name '*.png' | head -n 1)"

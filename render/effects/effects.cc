@@ -19,8 +19,7 @@
 namespace lumi {
 namespace {
 
-// Evidence is gathered at rays of a few of the views: enough to notice an effect at one ray in a thousand. The
-// outermost are the picture's outermost pixels: a light field's photos end there, all within a pixel or two.
+// Evidence is gathered at rays of a few of the views: enough to notice an effect at one ray in a thousand.
 constexpr std::size_t kViews = 8;
 constexpr int kColumns = 24, kRows = 18;
 constexpr int kProbeWidth = 256;
@@ -120,11 +119,10 @@ void LookAtView(const TracedProxy& proxy, const RenderView& desired, const std::
   const ViewSetup setup = MakeViewSetup(proxy.sources, desired, settings, use);
   std::vector<Eigen::Vector3f> directions, normals(kColumns * kRows);
   std::vector<float> t(kColumns * kRows);
-  const auto pixel = [](int i, int count, int size_px) { return 0.5 + i * (size_px - 1.0) / (count - 1); };
   for (int y = 0; y < kRows; ++y)
     for (int x = 0; x < kColumns; ++x)
-      directions.push_back((setup.ray_from_pixel * Eigen::Vector3d(pixel(x, kColumns, desired.size_px.x()),
-                                                                   pixel(y, kRows, desired.size_px.y()), 1))
+      directions.push_back((setup.ray_from_pixel * Eigen::Vector3d((x + 0.5) / kColumns * desired.size_px.x(),
+                                                                   (y + 0.5) / kRows * desired.size_px.y(), 1))
                                .normalized()
                                .cast<float>());
   proxy.tracer.Trace(setup.desired.centre.cast<float>(), directions, t, normals);

@@ -63,12 +63,14 @@ std::string NameOf(const CLI::App& app, const CLI::App& given) {
   return &given == &app ? app.get_name() : app.get_name() + " " + given.get_name();
 }
 
-CommandLineProblem UnknownOption(const CLI::App& app, const std::string& argument) {
+CommandLineProblem UnknownOption(const CLI::App& app, const std::string& argument, const TakenOptions& taken) {
   const CLI::App& given = Given(app);
   const std::string option = argument.substr(0, argument.find('='));
   std::vector<std::string> known = LongOptions(given);
   if (&given != &app)
-    for (const std::string& name : LongOptions(app)) known.push_back(name);
+    for (const CLI::Option* o : app.get_options())
+      if (Takes(taken, given, *o))
+        for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
   CommandLineProblem problem{fmt::format("{} is no option of {}", option, NameOf(app, given)), ""};
   std::vector<std::string> elsewhere;
   for (const CLI::App* command : CommandsOf(app))
@@ -181,13 +183,19 @@ std::string Nearest(const std::string& word, const std::vector<std::string>& kno
   return best.empty() && longer.size() == 1 ? longer.front() : best;
 }
 
-CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error) {
+bool Takes(const TakenOptions& taken, const CLI::App& command, const CLI::Option& of_the_program) {
+  const auto options = taken.find(command.get_name());
+  return options != taken.end() && (std::ranges::count(options->second, of_the_program.get_name()) > 0 ||
+                                    std::ranges::count(options->second, of_the_program.get_group()) > 0);
+}
+
+CommandLineProblem Explain(const CLI::App& app, const CLI::ParseError& error, const TakenOptions& taken) {
   // An option that does not exist is the likeliest cause of anything else that is missing.
   std::vector<std::string> words;
   for (const std::string& argument : app.remaining(true)) {
     if (argument.size() > 1 && argument.front() == '-' && argument != "--" &&
         std::isdigit(static_cast<unsigned char>(argument[1])) == 0 && argument[1] != '.')
-      return UnknownOption(app, argument);
+      return UnknownOption(app, argument, taken);
     if (argument != "--") words.push_back(argument);
   }
   const std::string text = error.what();
@@ -218,12 +226,11 @@ std::optional<CommandLineProblem> WordBesideCommand(const CLI::App& app) {
   return std::nullopt;
 }
 
-std::optional<CommandLineProblem> OptionBesideCommand(const CLI::App& app, const std::vector<std::string>& taken) {
+std::optional<CommandLineProblem> OptionBesideCommand(const CLI::App& app, const TakenOptions& taken) {
   const CLI::App& given = Given(app);
   if (&given == &app) return std::nullopt;
   for (const CLI::Option* o : app.get_options()) {
-    if (o->get_positional() || o->count() == 0) continue;
-    if (std::ranges::count(taken, o->get_name()) + std::ranges::count(taken, o->get_group()) > 0) continue;
+    if (o->get_positional() || o->count() == 0 || Takes(taken, given, *o)) continue;
     const std::string name = o->get_name();
     return CommandLineProblem{
         fmt::format("{} is no option of {}", name, NameOf(app, given)),

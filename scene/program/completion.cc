@@ -6,12 +6,13 @@
 namespace lumi {
 namespace {
 
-// The options of a command, and of the program that it belongs to.
-std::vector<const CLI::Option*> OptionsOf(const CLI::App& app, const CLI::App* command) {
+// The options of the program, or of a command and those of the program that it takes.
+std::vector<const CLI::Option*> OptionsOf(const CLI::App& app, const CLI::App* command, const TakenOptions& taken) {
   std::vector<const CLI::Option*> options;
-  for (const CLI::App* a : {command, &app})
-    if (a != nullptr)
-      for (const CLI::Option* o : a->get_options()) options.push_back(o);
+  if (command != nullptr)
+    for (const CLI::Option* o : command->get_options()) options.push_back(o);
+  for (const CLI::Option* o : app.get_options())
+    if (command == nullptr || Takes(taken, *command, *o)) options.push_back(o);
   return options;
 }
 
@@ -33,13 +34,14 @@ bool TakesValue(const CLI::Option& option) { return option.get_items_expected_ma
 
 }  // namespace
 
-std::vector<std::string> Completions(const CLI::App& app, const std::vector<std::string>& words) {
+std::vector<std::string> Completions(const CLI::App& app, const std::vector<std::string>& words,
+                                     const TakenOptions& taken) {
   const std::string typed = words.empty() ? std::string() : words.back();
   const CLI::App* command = nullptr;
   for (std::size_t i = 0; i + 1 < words.size() && command == nullptr; ++i)
     for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
       if (c->get_name() == words[i]) command = c;
-  const std::vector<const CLI::Option*> options = OptionsOf(app, command);
+  const std::vector<const CLI::Option*> options = OptionsOf(app, command, taken);
   std::vector<std::string> found;
   const auto offer = [&](const std::string& word) {
     if (!word.empty() && word.starts_with(typed) && std::ranges::find(found, word) == found.end())

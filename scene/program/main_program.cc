@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -120,8 +119,9 @@ Program::~Program() = default;
 Options Program::Command(const std::string& name, const std::string& description, std::function<Answer()> body,
                          std::vector<std::string> also) {
   also.insert(also.end(), {"--json", "--quiet", "--threads", "--seed"});
-  commands_.push_back({options_.Command(name, description), std::move(body), std::move(also)});
-  return commands_.back().options;
+  taken_[name] = std::move(also);
+  commands_.emplace_back(options_.Command(name, description), std::move(body));
+  return commands_.back().first;
 }
 
 void Program::RunAndExit(int argc, char** argv, const std::function<Answer()>& body) {
@@ -138,7 +138,7 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
   try {
     PrepareLastWords(name_, false);
     if (argc > 1 && std::string(argv[1]) == kComplete) {
-      for (const std::string& word : Completions(*app_, {argv + 2, argv + argc})) std::puts(word.c_str());
+      for (const std::string& word : Completions(*app_, {argv + 2, argv + argc}, taken_)) std::puts(word.c_str());
       return 0;
     }
     app_->parse(argc, argv);
@@ -147,22 +147,21 @@ int Program::Run(int argc, char** argv, const std::function<Answer()>& body) {
     if (MemoryRanOut()) return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
     bool json = false;
     for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--json";
-    const CommandLineProblem problem = Explain(*app_, e);
+    const CommandLineProblem problem = Explain(*app_, e, taken_);
     return Report(name_, json, ExitCode::kUsage, problem.message, "", problem.hint);
   } catch (const std::bad_alloc&) {
     return Report(name_, false, ExitCode::kMachine, kOutOfMemory, "", kUseLess);
   }
-  if (const auto problem = WordBesideCommand(*app_))
-    return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
-  const auto command = std::ranges::find_if(commands_, [](const CommandToRun& c) { return c.options.given(); });
-  if (command != commands_.end())
-    if (const auto problem = OptionBesideCommand(*app_, command->taken))
-      return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
+  for (const auto& problem : {WordBesideCommand(*app_), OptionBesideCommand(*app_, taken_)})
+    if (problem) return Report(name_, json_, ExitCode::kUsage, problem->message, "", problem->hint);
   try {
     PrepareLastWords(name_, json_);
     sink_ = MakeStderrProgress(quiet_);
     SetThreadCount(threads_);
-    const Answer answer = command != commands_.end() ? command->body() : body();
+    const std::function<Answer()>* what = &body;
+    for (const auto& [command, does] : commands_)
+      if (command.given()) what = &does;
+    const Answer answer = (*what)();
     ThrowIfMemoryRanOut();
     if (json_)
       PrintJson(name_, answer.keys);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "scene/program/answer.h"
+#include "scene/program/command_line_problem.h"
 #include "scene/program/error.h"
 #include "scene/program/options.h"
 #include "scene/program/progress.h"
@@ -47,12 +48,8 @@ class Program {
   std::string name_;
   std::unique_ptr<CLI::App> app_;
   Options options_;
-  struct CommandToRun {
-    Options options;
-    std::function<Answer()> body;
-    std::vector<std::string> taken;
-  };
-  std::vector<CommandToRun> commands_;
+  std::vector<std::pair<Options, std::function<Answer()>>> commands_;
+  TakenOptions taken_;
   std::unique_ptr<ProgressSink> sink_;
   bool json_ = false;
   bool quiet_ = false;

@@ -59,22 +59,6 @@ TEST(Effects, APhotoThatEndsCallsForFieldOfView) {
   EXPECT_TRUE(Find(Choose(c, At({0.1, 0.05, -4})), "fov").on);
 }
 
-// A light field with a narrow feather: of the five photos nearest to a place between them, the farthest ends 1.25
-// pixels inside the picture's border, and fades over half a pixel.
-TEST(Effects, PhotosThatEndAtThePicturesVeryBorderCallForFieldOfView) {
-  test::Capture c = Plain();
-  c.proxy.vertices = {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}};
-  const Camera camera = Camera::Pinhole(100, 100, 100, 100, 50, 50);
-  c.scene.cameras = {camera};
-  const auto ahead_at = [](double x) { return LookAt({x, 0, -4}, {x, 0, 0}, {0, -1, 0}); };
-  for (std::size_t i = 0; i < c.scene.views.size(); ++i)
-    c.scene.views[i].cam_from_world = ahead_at(0.02 * static_cast<double>(i));
-  RadianceSettings settings;
-  settings.fov_feather = 0.005;
-  const Effect fov = Find(Choose(c, MakeRenderView(camera, ahead_at(0.07)), {}, settings), "fov");
-  EXPECT_TRUE(fov.on) << fov.evidence;
-}
-
 TEST(Effects, CamerasAtOtherDistancesCallForResolution) {
   test::Capture c = Plain();
   for (const std::size_t i : {1U, 4U, 7U})

@@ -174,7 +174,7 @@ Outcome StartWithOptions(std::vector<std::string> args) {
   program.options().Add("-w,--width", width, "Pixels").Range(1, 100);
   program.options().Add("--show", show, "What is shown").OneOf({"color", "tessellation"});
   program.options().Add("--kind", kind, "Of what", {{"round", Kind::kRound}, {"square", Kind::kSquare}});
-  Options simplify = program.Command("simplify", "Fewer", [] { return Answer(JsonKeys(), "fewer"); });
+  Options simplify = program.Command("simplify", "Fewer", [] { return Answer(JsonKeys(), "fewer"); }, {"--width"});
   simplify.Add("--faces", faces, "How many");
   program.options().Group("Shared").Add("--depth", faces, "Of both");
   program.Command("info", "Says", [] { return Answer(JsonKeys(), "said"); }, {"--show", "Shared"});
@@ -218,8 +218,8 @@ TEST(CommandLine, NamesTheOptionThatIsNoneAndTheOneThatWasMeant) {
 // An option that is read and does nothing would pass for one that was obeyed.
 TEST(CommandLine, AnOptionThatTheCommandHasNoUseForIsRefused) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
-      {{"simplify", "--width", "3"}, "--width is no option of lumi-test simplify (it is one of lumi-test itself; "},
-      {{"--width", "3", "simplify"}, "--width is no option of lumi-test simplify (it is one of lumi-test itself; "},
+      {{"simplify", "--show", "color"}, "--show is no option of lumi-test simplify (it is one of lumi-test itself; "},
+      {{"--show", "color", "simplify"}, "--show is no option of lumi-test simplify (it is one of lumi-test itself; "},
       {{"info", "--kind", "round"}, "--kind is no option of lumi-test info"},
       {{"simplify", "--depth", "3"}, "--depth is no option of lumi-test simplify"}};
   for (const auto& [args, said] : cases) {
@@ -229,7 +229,7 @@ TEST(CommandLine, AnOptionThatTheCommandHasNoUseForIsRefused) {
   }
   for (const auto& args : {std::vector<std::string>{"info", "--show", "color", "--threads", "1"},
                            {"--depth", "3", "info"},
-                           {"simplify", "--faces", "3", "--quiet"}})
+                           {"simplify", "--width", "3", "--faces", "3", "--quiet"}})
     EXPECT_EQ(StartWithOptions(args).code, 0) << args.front();
 }
 
@@ -279,7 +279,7 @@ std::string Next(std::vector<std::string> line) {
   int width = 0;
   program.options().Add("--how", how, "").OneOf({"smooth", "sharp", "off"});
   program.options().Add("--width", width, "");
-  Options fine = program.Command("fine", "", [] { return Answer(*JsonKeys::Parse("{}"), ""); });
+  Options fine = program.Command("fine", "", [] { return Answer(*JsonKeys::Parse("{}"), ""); }, {"--width"});
   int faces = 0;
   fine.Add("--faces", faces, "");
   testing::internal::CaptureStdout();
@@ -295,7 +295,8 @@ TEST(Program, TellsAShellWhatMayStandNext) {
   EXPECT_EQ(Next({"fi"}), "fine\n");
   EXPECT_EQ(Next({"fine", "--fa"}), "--faces\n");
   EXPECT_EQ(Next({"--fa"}), "");
-  EXPECT_EQ(Next({"fine", "--wi"}), "--width\n");  // the program's own options go with its commands
+  EXPECT_EQ(Next({"fine", "--wi"}), "--width\n");  // of the program's own options those that the command takes
+  EXPECT_EQ(Next({"fine", "--ho"}), "");
   EXPECT_EQ(Next({"scene/", "x"}), "");
   EXPECT_EQ(Next({}), "fine\n");
 }
