@@ -61,7 +61,7 @@ class Shown {
     browser().Open("file://" + page);
     if (!browser().WaitFor("window.lumigraph && lumigraph.photos.finished"))
       throw std::runtime_error("the page did not come up");
-    beside_ = std::make_unique<SceneBeside>(data, browser().Evaluate("lumigraph.manifest"));
+    beside_ = std::make_unique<SceneBeside>(data, PageSettings(browser()));
   }
   const Scene& scene() const { return beside_->scene(); }
   std::string Picture(const RenderView& view) {

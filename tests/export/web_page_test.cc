@@ -60,7 +60,7 @@ Chromium& AtDesk() { return At("file://" + Desk().page().string()); }
 TEST(WebPage, ShowsWhatTheRendererShows) {
   SKIP_WITHOUT_BROWSER();
   Chromium& browser = AtDesk();
-  SceneBeside beside(Desk().scene(), browser.Evaluate("lumigraph.manifest"));
+  SceneBeside beside(Desk().scene(), PageSettings(browser));
   std::vector<RenderView> views = PhotosViews(beside.scene(), kPhotos);
   for (RenderView& view : ViewsBetween(beside.scene(), 5, {320, 240})) views.push_back(view);
   constexpr double kEdge = 0.005;  // of the pixels: at silhouettes a rasteriser and a tracer may disagree
@@ -309,7 +309,7 @@ TEST(WebPage, PlaysWhatRepeatsAndStreamsThePhotosOfThePhase) {
   ASSERT_GT(period_s, 0.1);
   // One camera at several phases: as the renderer draws them, and not all the same.
   browser.Evaluate("lumigraph.actions.timeRuns(false)");
-  SceneBeside beside(data, browser.Evaluate("lumigraph.manifest"));
+  SceneBeside beside(data, PageSettings(browser));
   RenderView view = MakeRenderView(beside.scene(), beside.scene().views[12]);
   std::set<std::string> pictures;
   for (const double phase : {0.0, 0.3, 0.65}) {

@@ -104,16 +104,18 @@ Chromium::~Chromium() {
   fs::remove_all(profile_, ec);
 }
 
-json Chromium::Read() {
-  while (buffer_.find('\0') == std::string::npos) {
+json Chromium::Read(const std::string& asked) {
+  std::size_t end = buffer_.find('\0');
+  while (end == std::string::npos) {
     pollfd wait{from_, POLLIN, 0};
-    if (poll(&wait, 1, kAnswerMs) <= 0) throw std::runtime_error("the browser does not answer");
+    if (poll(&wait, 1, kAnswerMs) <= 0) throw std::runtime_error("the browser does not answer: " + asked);
     std::array<char, 65536> bytes{};
     const ssize_t n = read(from_, bytes.data(), bytes.size());
     if (n <= 0) throw std::runtime_error("the browser ended");
+    const std::size_t searched = buffer_.size();  // answers may hold megabytes, in thousands of pieces
     buffer_.append(bytes.data(), static_cast<std::size_t>(n));
+    end = buffer_.find('\0', searched);
   }
-  const std::size_t end = buffer_.find('\0');
   const json message = json::parse(buffer_.substr(0, end));
   buffer_.erase(0, end + 1);
   return message;
@@ -137,8 +139,9 @@ json Chromium::Send(const std::string& method, const json& parameters, bool to_p
     if (n <= 0) throw std::runtime_error("the browser ended");
     at += static_cast<std::size_t>(n);
   }
+  constexpr std::size_t kSaid = 200;  // of a command, in a message
   for (;;) {
-    const json answer = Read();
+    const json answer = Read(text.substr(0, std::min(text.size() - 1, kSaid)));
     if (answer.value("id", 0L) != last_id_) {
       Note(answer);
       continue;

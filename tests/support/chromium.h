@@ -38,7 +38,7 @@ class Chromium {
   const std::vector<std::string>& errors() const { return errors_; }
 
  private:
-  nlohmann::json Read();
+  nlohmann::json Read(const std::string& asked);
   void Note(const nlohmann::json& event);
   nlohmann::json Send(const std::string& method, const nlohmann::json& parameters, bool to_page);
 

@@ -11,17 +11,17 @@ namespace lumi {
 
 using nlohmann::json;
 
-SceneBeside::SceneBeside(const std::filesystem::path& scene, const json& page_manifest, const std::string& proxy) {
+SceneBeside::SceneBeside(const std::filesystem::path& scene, const json& page_settings, const std::string& proxy) {
   ProgressSink& sink = SilentProgress();
   LumigraphOptions options;
   options.scene = scene;
   std::string effects;
-  for (const json& effect : page_manifest["effects"])
+  for (const json& effect : page_settings["effects"])
     // Photos are corrected already, and the scene has the gains that go with them: not estimated once more.
     if (effect["on"] == true && effect["name"] != "exposure" && effect["name"] != "white-balance" &&
         effect["name"] != "vignetting")
       effects += (effects.empty() ? "" : ",") + effect["name"].get<std::string>();
-  exposure_ = page_manifest["settings"]["exposure"];
+  exposure_ = page_settings["settings"]["exposure"];
   options.effects = effects.empty() ? "none" : effects;
   lumigraph_ = std::make_unique<Lumigraph>(options, sink);
   lumigraph_->MakePictures(proxy, false);
@@ -79,6 +79,10 @@ json ViewForPage(const RenderView& view, const Similarity3& normalized_from_worl
   return j;
 }
 
+json PageSettings(Chromium& browser) {
+  return browser.Evaluate("({ effects: lumigraph.manifest.effects, settings: lumigraph.manifest.settings })");
+}
+
 std::string PagePicture(Chromium& browser, const json& view) {
   return FromBase64(browser.Evaluate("lumigraph.pictureText(" + view.dump() + ")"));
 }
@@ -117,7 +121,7 @@ void OpenPage(Chromium& browser, const std::string& url) {
 
 PageAgreement AgreementOf(Chromium& browser, const std::filesystem::path& data, const std::filesystem::path& scene,
                           int photos, int between) {
-  SceneBeside beside(data, browser.Evaluate("lumigraph.manifest"));
+  SceneBeside beside(data, PageSettings(browser));
   const std::unique_ptr<SceneBeside> whole = scene.empty() ? nullptr : std::make_unique<SceneBeside>(scene);
   std::vector<RenderView> views = PhotosViews(beside.scene(), photos);
   const Eigen::Vector2i size = views.front().size_px;

@@ -20,9 +20,9 @@ inline constexpr double kSamePictureDb = 40;
 // A page's data as a scene (lumi-export --as-scene), drawn by the CPU renderer with the effects that the page has on.
 class SceneBeside {
  public:
-  // Without a manifest: the scene itself, with the effects that it calls for, as lumi-render draws it.
+  // Without a page's settings: the scene itself, with the effects that it calls for, as lumi-render draws it.
   explicit SceneBeside(const std::filesystem::path& scene);
-  SceneBeside(const std::filesystem::path& scene, const nlohmann::json& page_manifest, const std::string& proxy = "");
+  SceneBeside(const std::filesystem::path& scene, const nlohmann::json& page_settings, const std::string& proxy = "");
   const Scene& scene() const { return lumigraph_->scene(); }
   ImageF Render(const RenderView& view);
 
@@ -38,6 +38,9 @@ std::vector<RenderView> ViewsBetween(const Scene& scene, int count, const Eigen:
 
 // A view as the page's picture(), pictureText() and time() take it. frame: the scene's that the page was made of.
 nlohmann::json ViewForPage(const RenderView& view, const Similarity3& normalized_from_world);
+
+// The page's effects and settings. Its whole manifest may hold tens of megabytes of photos.
+nlohmann::json PageSettings(Chromium& browser);
 
 // RGBA, rows from the top, when all photos that the page wants for the view are there.
 std::string PagePicture(Chromium& browser, const nlohmann::json& view);
