@@ -219,10 +219,23 @@ std::pair<std::size_t, std::size_t> Across(const Tetrahedra& tets, std::size_t c
   return {next, back};
 }
 
+Eigen::Vector3d MiddleOf(const Tetrahedra& tets, const Tetrahedra::Cell& finite) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const std::int32_t v : finite.vertex) sum += tets.vertices[static_cast<std::size_t>(v)];
+  return 0.25 * sum;
+}
+
+// Whether x, in the workspace as the eye is, lies in the view's picture, whatever stands before it.
+bool InPicture(const RenderView& view, const Eigen::Vector3d& eye, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d x_px = view.P.leftCols<3>() * (x - eye);
+  return x_px.z() > 0 && x_px.x() >= 0 && x_px.x() <= view.size_px.x() * x_px.z() && x_px.y() >= 0 &&
+         x_px.y() <= view.size_px.y() * x_px.z();
+}
+
 // What each line of sight says of the cells that it passes, and of the one behind its point. Returns how many there
 // are.
-std::size_t AddLinesOfSight(const Workspace& w, const Tetrahedra& tets, const DelaunayOptions& options,
-                            CutProblem& problem) {
+std::size_t AddLinesOfSight(const Workspace& w, const std::vector<ProxyView>& views, const Tetrahedra& tets,
+                            const DelaunayOptions& options, CutProblem& problem) {
   // Beyond so many standard deviations the soft term is 1 to the last digit of a double.
   constexpr double kCertain = 9;
   std::atomic<std::size_t> rays = 0;
@@ -245,18 +258,25 @@ std::size_t AddLinesOfSight(const Workspace& w, const Tetrahedra& tets, const De
         Add(problem.facet[next][back], std::llround(kUnitsPerRay * weight));
         return true;
       });
-      // Behind the point it is full, as deep as the point's position is uncertain.
+      // Behind the point it is full, as deep as the point's position is uncertain. At the border of what was seen that
+      // cell may be a sliver that reaches across space where no photo looks, and would be a wall before whoever stands
+      // there: a photo says nothing of a cell whose middle lies outside its picture.
       const Eigen::Vector3d behind = x + (x - eye) * (std::min(3 * sigma, 0.5 * distance) / distance);
       const std::int32_t cell =
           WalkFromVertex(tets, static_cast<std::int32_t>(p), behind, [](std::int32_t, int, double) { return true; });
-      if (cell >= 0) Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
+      if (cell < 0) continue;
+      const Tetrahedra::Cell& claimed = tets.cells[static_cast<std::size_t>(cell)];
+      if (claimed.finite() && InPicture(views[static_cast<std::size_t>(v)].render, eye, MiddleOf(tets, claimed)))
+        Add(problem.sink[static_cast<std::size_t>(cell)], std::llround(kUnitsPerRay * options.ray_weight));
     }
   });
   return rays;
 }
 
-// What is known without any line of sight: outside is full, cameras stand in free cells, a surface is smooth.
-void AddSurroundings(const LocatedTetrahedra& located, double quality_weight, CutProblem& problem) {
+// What is known without any line of sight: outside is full, cameras stand in free cells, a surface is smooth. Space in
+// no picture is free, so that who stands beside the photos does not stand within something full.
+void AddSurroundings(const Workspace& w, const std::vector<ProxyView>& views, const LocatedTetrahedra& located,
+                     const DelaunayOptions& options, CutProblem& problem) {
   const Tetrahedra& tets = located.tetrahedra;
   const Circumspheres spheres(tets);
   for (std::size_t c = 0; c < tets.cells.size(); ++c) {
@@ -264,9 +284,17 @@ void AddSurroundings(const LocatedTetrahedra& located, double quality_weight, Cu
     for (std::size_t i = 0; i < 4; ++i) {
       const auto [n, back] = Across(tets, c, i);
       const double quality = 1 - std::min(spheres.CosAngle(c, i), spheres.CosAngle(n, back));
-      problem.facet[c][i] += std::llround(kUnitsPerRay * quality_weight * quality);
+      problem.facet[c][i] += std::llround(kUnitsPerRay * options.quality_weight * quality);
     }
   }
+  ParallelEach(tets.cells.size(), 1024, [&](std::size_t c) {
+    const Tetrahedra::Cell& cell = tets.cells[c];
+    if (!cell.finite()) return;
+    const Eigen::Vector3d middle = MiddleOf(tets, cell);
+    for (std::size_t v = 0; v < views.size(); ++v)
+      if (InPicture(views[v].render, w.eyes[v], middle)) return;
+    problem.source[c] = std::llround(kUnitsPerRay * options.ray_weight);
+  });
   for (const std::int32_t c : located.query_cell) problem.source[static_cast<std::size_t>(c)] = kForced;
 }
 
@@ -362,8 +390,8 @@ Mesh MeshThroughPoints(const Scene& scene, const std::vector<ProxyView>& views, 
   problem.source.assign(tets.cells.size(), 0);
   problem.sink.assign(tets.cells.size(), 0);
   problem.facet.assign(tets.cells.size(), {0, 0, 0, 0});
-  s.rays = AddLinesOfSight(w, tets, options, problem);
-  AddSurroundings(*located, options.quality_weight, problem);
+  s.rays = AddLinesOfSight(w, views, tets, options, problem);
+  AddSurroundings(w, views, *located, options, problem);
   s.rays_s = watch.Lap();
   steps.Step();
 

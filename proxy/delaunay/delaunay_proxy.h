@@ -6,6 +6,9 @@
 //   ray from a camera meets the mesh.
 // - A helper point stands a little behind each point. Without it the tetrahedra behind a foreground object reach to the
 //   background, and lines of sight that pass close behind the object cannot be kept open without losing the object.
+// - Space that no photo shows is free, and a line of sight makes the cell behind its point full only where its photo
+//   shows that cell (by its middle). At the border of what was seen, cells reach far beyond it: as full ones they were
+//   walls before viewers who stand beside the photos, or had them inside.
 // - No smoothing: each vertex is where bundle adjustment put it, and moving it costs PSNR on every capture measured.
 #pragma once
 

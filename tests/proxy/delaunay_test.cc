@@ -114,6 +114,38 @@ TEST(Delaunay, NoisyPointsBlockFewLinesOfSight) {
   EXPECT_EQ(fit.coverage, 1.0);
 }
 
+// A row of cameras along an arc before a wall, with a wall to its right that only the pictures' borders show, as in a
+// yard. The outermost camera is left out.
+TEST(Delaunay, NoWallBesideThePhotosWhereNoneLooks) {
+  const Eigen::Vector3d target(0, 0, 4);
+  const auto on_arc = [&](int i) {
+    const double angle_rad = 0.13 * i;
+    return Eigen::Vector3d(target + 5 * Eigen::Vector3d(std::sin(angle_rad), 0, -std::cos(angle_rad)));
+  };
+  const int kLeftOut = 5;
+  int seen = 0, blocked = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    SceneBuilder builder(seed);
+    for (int i = -kLeftOut; i < kLeftOut; ++i) builder.AddCamera(on_arc(i), target);
+    builder.AddSurface({{0, 0, 4}, {4, 0, 0}, {0, 2, 0}}, 1500);
+    builder.AddSurface({{4, 0, 2}, {0, 0, 2}, {0, 2, 0}}, 1500);
+    builder.AddSurface({{0, 1.2, 2}, {4, 0, 0}, {0, 0, 2}}, 1500);
+    const Scene scene = builder.Build();
+    const Mesh mesh = BuildDelaunayProxy(scene, {}, SilentProgress());
+    const MeshQuery query(mesh);
+    const Eigen::Vector3d eye = on_arc(kLeftOut);
+    for (const Point& point : scene.points) {
+      if (point.x_in_world.z() < 3.999 || std::abs(point.x_in_world.x()) > 2) continue;
+      const auto hit = query.FirstHit(eye, point.x_in_world - eye);
+      ++seen;
+      blocked += hit && hit->distance < 0.98;
+    }
+  }
+  EXPECT_GT(seen, 4000);
+  // Some lines of sight graze a facet between two points. Where unseen space was full, 88 % were blocked.
+  EXPECT_LT(blocked, 0.005 * seen) << "of " << seen;
+}
+
 TEST(Delaunay, StrayPointDoesNotPullTheSurface) {
   Scene scene = PlateBeforeWall(1500, 200, 7);
   // A mismatch in mid-air, claimed by two views only, before a wall that all views see.
