@@ -33,6 +33,10 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits_3<Kernel, CGAL::AABB_triangle_pri
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Iterator>>>;
 #endif
 
+using Intersection = Tree::Intersection_and_primitive_id<Kernel::Ray_3>::Type;
+
+constexpr double kSame = 1e-9;  // of the distance: faces nearer to one another than this are at one distance
+
 // What an intersection is, where it is a T: CGAL 5 returns boost's variant, CGAL 6 the standard's.
 template <typename T, typename Variant>
 const T* As(const Variant& intersection) {
@@ -83,26 +87,36 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   const Kernel::Point_3 o = impl_->Local(origin);
   const Eigen::Vector3d d = direction / length;
   const Kernel::Vector_3 ray_direction(d.x(), d.y(), d.z());
-  const auto hit = impl_->tree.first_intersection(Kernel::Ray_3(o, ray_direction));
-  if (!hit) return std::nullopt;
-  double t = std::numeric_limits<double>::infinity();
-  if (const auto* point = As<Kernel::Point_3>(hit->first))
-    t = (*point - o) * ray_direction;
-  else if (const auto* segment = As<Kernel::Segment_3>(hit->first))  // the face contains the ray
-    t = std::min((segment->source() - o) * ray_direction, (segment->target() - o) * ray_direction);
-  const Triangle& triangle = *hit->second;
-  const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-  return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0,
-             impl_->face[static_cast<std::size_t>(hit->second - impl_->triangles.cbegin())]};
+  const Kernel::Ray_3 ray(o, ray_direction);
+  const auto first = impl_->tree.first_intersection(ray);
+  if (!first) return std::nullopt;
+  const auto hit_of = [&](const Intersection& hit) {
+    double t = std::numeric_limits<double>::infinity();
+    if (const auto* point = As<Kernel::Point_3>(hit.first))
+      t = (*point - o) * ray_direction;
+    else if (const auto* segment = As<Kernel::Segment_3>(hit.first))  // the face contains the ray
+      t = std::min((segment->source() - o) * ray_direction, (segment->target() - o) * ray_direction);
+    const Triangle& triangle = *hit.second;
+    const Kernel::Vector_3 normal = CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+    return Hit{std::max(t, 0.0) / length, normal * ray_direction < 0,
+               impl_->face[static_cast<std::size_t>(hit.second - impl_->triangles.cbegin())]};
+  };
+  const Hit hit = hit_of(*first);
+  if (hit.front) return hit;
+  // Of faces at one distance it may be any: then one that is met from its front.
+  std::vector<Intersection> all;
+  impl_->tree.all_intersections(ray, std::back_inserter(all));
+  for (const Intersection& each : all)
+    if (const Hit other = hit_of(each); other.front && other.distance <= hit.distance * (1 + kSame)) return other;
+  return hit;
 }
 
 int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
-  constexpr double kSame = 1e-9;  // of the distance
   const double length = direction.norm();
   if (impl_->triangles.empty() || !(length > 0)) return 0;
   const Kernel::Point_3 o = impl_->Local(origin);
   const Kernel::Vector_3 ray_direction(direction.x() / length, direction.y() / length, direction.z() / length);
-  std::vector<Tree::Intersection_and_primitive_id<Kernel::Ray_3>::Type> hits;
+  std::vector<Intersection> hits;
   impl_->tree.all_intersections(Kernel::Ray_3(o, ray_direction), std::back_inserter(hits));
   std::vector<double> distances;
   for (const auto& hit : hits)

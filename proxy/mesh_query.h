@@ -19,7 +19,7 @@ class MeshQuery {
 
   struct Hit {
     double distance = 0;  // along the ray, in units of its direction's length
-    bool front = false;   // the face was met from its front
+    bool front = false;   // the face was met from its front; of faces at one distance (to 1e-9), one that was
     std::int32_t face = -1;
   };
   std::optional<Hit> FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;

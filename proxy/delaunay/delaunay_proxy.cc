@@ -32,6 +32,10 @@ constexpr double kFloorMargin = 0.02;
 // And below the cameras by at least this share of the dome's radius, so that none touches it.
 constexpr double kEyeMargin = 0.005;
 constexpr int kRimPoints = 48;
+// Space so far beyond a picture's border, in its longer sides, still counts as shown: a surface that reaches the border
+// goes on a little rather than end there. From 0.2 to 1 the held-out errors of the captures differ by 0.1 dB, at 0 a
+// mesh over sparse points loses up to half a decibel.
+constexpr double kBeyondPicture = 0.5;
 
 // Directions spread over the sphere: an icosahedron's vertices, its faces split `subdivisions` times.
 std::vector<Eigen::Vector3d> DomeDirections(int subdivisions) {
@@ -225,11 +229,14 @@ Eigen::Vector3d MiddleOf(const Tetrahedra& tets, const Tetrahedra::Cell& finite)
   return 0.25 * sum;
 }
 
-// Whether x, in the workspace as the eye is, lies in the view's picture, whatever stands before it.
+// Whether x, in the workspace as the eye is, lies in the view's picture or close beside it, whatever stands before it.
 bool InPicture(const RenderView& view, const Eigen::Vector3d& eye, const Eigen::Vector3d& x) {
   const Eigen::Vector3d x_px = view.P.leftCols<3>() * (x - eye);
-  return x_px.z() > 0 && x_px.x() >= 0 && x_px.x() <= view.size_px.x() * x_px.z() && x_px.y() >= 0 &&
-         x_px.y() <= view.size_px.y() * x_px.z();
+  if (!(x_px.z() > 0)) return false;
+  const Eigen::Array2d size_px = view.size_px.cast<double>().array();
+  const double beyond_px = kBeyondPicture * size_px.maxCoeff();
+  const Eigen::Array2d at = x_px.head<2>().array() / x_px.z();
+  return (at >= -beyond_px).all() && (at <= size_px + beyond_px).all();
 }
 
 // What each line of sight says of the cells that it passes, and of the one behind its point. Returns how many there

@@ -101,7 +101,8 @@ Agreement Compare(const ImageF& ours, const std::string& page_rgba) {
       odd += (alpha > 0.5) != (value(3) > 127);
       if (alpha < 0.5 || value(3) < 128) continue;
       for (int c = 0; c < 3; ++c) {
-        const double d = 255 * static_cast<double>(ours.At(x, y, c)) - value(static_cast<std::size_t>(c));
+        const double d =
+            255 * std::clamp(static_cast<double>(ours.At(x, y, c)), 0.0, 1.0) - value(static_cast<std::size_t>(c));
         squares += d * d;
         ++n;
       }
