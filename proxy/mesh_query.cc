@@ -14,6 +14,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <variant>
 #include <vector>
@@ -35,8 +37,6 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primi
 
 using Intersection = Tree::Intersection_and_primitive_id<Kernel::Ray_3>::Type;
 
-constexpr double kSame = 1e-9;  // of the distance: faces nearer to one another than this are at one distance
-
 // What an intersection is, where it is a T: CGAL 5 returns boost's variant, CGAL 6 the standard's.
 template <typename T, typename Variant>
 const T* As(const Variant& intersection) {
@@ -53,7 +53,13 @@ struct MeshQuery::Impl {
       Eigen::Vector3d::Zero();  // coordinates below are relative to it: digits wherever the scene is
   std::vector<Triangle> triangles;
   std::vector<std::int32_t> face;  // of each triangle
+  double extent = 0;               // largest of the coordinates
   Tree tree;
+  // Intersections no farther apart along a ray than this, at that distance, are at one place.
+  double Same(double distance) const {
+    constexpr double kSame = 1e-9, kRounding = 8 * std::numeric_limits<double>::epsilon();
+    return kSame * distance + kRounding * extent;
+  }
   Kernel::Point_3 Local(const Eigen::Vector3d& x) const {
     return {x.x() - centre.x(), x.y() - centre.y(), x.z() - centre.z()};
   }
@@ -69,6 +75,8 @@ MeshQuery::MeshQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
                      impl_->Local(mesh.vertices[static_cast<std::size_t>(face[2])]));
     if (t.is_degenerate()) continue;  // no ray meets a face without area
     impl_->triangles.push_back(t);
+    for (int corner = 0; corner < 3; ++corner)
+      for (int axis = 0; axis < 3; ++axis) impl_->extent = std::max(impl_->extent, std::abs(t[corner][axis]));
     impl_->face.push_back(static_cast<std::int32_t>(&face - mesh.faces.data()));
   }
   impl_->tree.rebuild(impl_->triangles.cbegin(), impl_->triangles.cend());
@@ -107,7 +115,9 @@ std::optional<MeshQuery::Hit> MeshQuery::FirstHit(const Eigen::Vector3d& origin,
   std::vector<Intersection> all;
   impl_->tree.all_intersections(ray, std::back_inserter(all));
   for (const Intersection& each : all)
-    if (const Hit other = hit_of(each); other.front && other.distance <= hit.distance * (1 + kSame)) return other;
+    if (const Hit other = hit_of(each);
+        other.front && length * (other.distance - hit.distance) <= impl_->Same(length * hit.distance))
+      return other;
   return hit;
 }
 
@@ -123,9 +133,9 @@ int MeshQuery::Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& dire
     if (const auto* point = As<Kernel::Point_3>(hit.first)) distances.push_back((*point - o) * ray_direction);
   std::ranges::sort(distances);
   int layers = 0;
-  double last = -1;
+  double last = 0;
   for (const double d : distances) {
-    if (d > last + kSame * (1 + d)) ++layers;
+    if (layers == 0 || d > last + impl_->Same(d)) ++layers;
     last = d;
   }
   return layers;

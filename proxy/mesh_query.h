@@ -19,9 +19,10 @@ class MeshQuery {
 
   struct Hit {
     double distance = 0;  // along the ray, in units of its direction's length
-    bool front = false;   // the face was met from its front; of faces at one distance (to 1e-9), one that was
+    bool front = false;   // the face was met from its front
     std::int32_t face = -1;
   };
+  // Where several faces are met at the same distance (to 1e-9 of it), a front face is reported if there is one.
   std::optional<Hit> FirstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   // How often the ray meets the mesh: faces at one distance, as at an edge that two share, count once.
   int Layers(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;

@@ -6,9 +6,9 @@
 //   ray from a camera meets the mesh.
 // - A helper point stands a little behind each point. Without it the tetrahedra behind a foreground object reach to the
 //   background, and lines of sight that pass close behind the object cannot be kept open without losing the object.
-// - Space that no photo shows is free, and a line of sight makes the cell behind its point full only where its photo
-//   shows that cell (by its middle). At the border of what was seen, cells reach far beyond it: as full ones they were
-//   walls before viewers who stand beside the photos, or had them inside.
+// - Space that no photo shows counts as free, with the weight of a line of sight; and a line of sight makes the cell
+//   behind its point full only where its photo shows that cell. Cells at the border of what was seen are long: full
+//   ones hid the scene from viewers beside the photos, or held them inside.
 // - No smoothing: each vertex is where bundle adjustment put it, and moving it costs PSNR on every capture measured.
 #pragma once
 
@@ -25,13 +25,14 @@ namespace lumi {
 struct DelaunayOptions {
   PointSelectionOptions points;
   double merge_px = 4;           // points nearer than this many pixels of the finest view become one
-  double ray_weight = 1;         // what a line of sight is worth
+  double ray_weight = 1;         // what a line of sight is worth, and a cell that no photo shows
   double quality_weight = 0.2;   // what a facet costs whose circumspheres do not suggest a surface, in lines of sight
   double tolerance_sigma = 0.3;  // a line of sight's tolerance at its end, in the point's own standard deviations
   double backing = 0.5;          // a helper point so far behind each point, in mean distances to its neighbours
   double dome_factor = 1.3;      // the backdrop's radius: the farthest point's or camera's distance times this
   double floor_quantile = 0.02;  // the backdrop ends below at a floor that this share of the points lies under
   int dome_subdivisions = 3;     // of an icosahedron: 642 points
+  double beyond_picture = 0.5;   // a photo shows what lies up to so many of its longer sides outside its border, >= 0
 };
 std::string Validate(const DelaunayOptions& options);  // empty, or what is wrong
 // Names and values, for the record of how a mesh was made.
