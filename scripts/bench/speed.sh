@@ -5,7 +5,10 @@
 
 "$bin/optimum_bench"
 "$bin/optimum_bench" --widths
-block "Weights across occluders' edges" "$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1
+heading "Weights across occluders' edges"
+printf '```\n'
+"$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1 | grep 'largest change'
+printf '```\n'
 "$bin/sparse_blend_bench" time views
 "$bin/gl_blend_bench"
 # What a user waits for: rays, weights and blending together, along a path of ten frames.

@@ -27,6 +27,7 @@ using nlohmann::json;
 constexpr double kMostSeconds = 3600;
 constexpr int kFrames = 9, kRounds = 3;
 constexpr int kWidth = 640, kHeight = 480;
+constexpr int kWindowWidth = 1280, kWindowHeight = 800;
 
 json Run(const std::vector<std::string>& argv) {
   const ProgramResult run = ChildProgram(argv).Wait(kMostSeconds);
@@ -60,7 +61,9 @@ double FrameMs(Chromium& browser) {
   return ms[ms.size() / 2];
 }
 
-fs::path Page(Chromium& browser, const fs::path& scene, const fs::path& work, int max_mb = 32) {
+// Each page in a browser of its own: memory and the first picture are of nothing else.
+fs::path Page(const fs::path& scene, const fs::path& work, int max_mb = 32) {
+  Chromium browser(kWindowWidth, kWindowHeight);
   const std::string name = fmt::format("{}, {} MB", scene.filename().string(), max_mb);
   const std::string file = fmt::format("{}-{}", scene.filename().string(), max_mb);
   const fs::path page = work / "web" / (file + ".html"), data = work / "web" / (file + "-data");
@@ -80,7 +83,8 @@ fs::path Page(Chromium& browser, const fs::path& scene, const fs::path& work, in
   return page;
 }
 
-void Streamed(Chromium& browser, const fs::path& work, int photos, double memory_mb) {
+void Streamed(const fs::path& work, int photos, double memory_mb) {
+  Chromium browser(kWindowWidth, kWindowHeight);
   const fs::path desk = Desk(work, photos), folder = work / "web" / fmt::format("desk-{}", photos);
   const json made = Run({"lumi-export", "web", desk.string(), "-o", folder.string(), "--max-mb", "400", "--memory-mb",
                          fmt::format("{}", memory_mb), "--json", "--quiet"});
@@ -119,18 +123,19 @@ int main(int argc, char** argv) {
   program.RunAndExit(argc, argv, [&] {
     work = fs::absolute(work);  // as the browser needs it
     if (!Chromium::IsThere()) throw MachineError("no Chromium is installed", "Debian's package chromium");
-    Chromium browser(1280, 800);
+    fmt::print("{}\n\n", Chromium(kWindowWidth, kWindowHeight).Version());
     fmt::print(
         "| scene | photos | MB | faces | least dB to the same data | pixels that differ in coverage, % | mean dB to "
         "the "
         "whole scene | first picture s | graphics MB | browser MB |\n|---|---|---|---|---|---|---|---|---|---|\n");
-    Page(browser, Desk(work, 24), work);
-    const fs::path fifty = Page(browser, Desk(work, 50), work);
-    Page(browser, Desk(work, 100), work);
-    Page(browser, Desk(work, 262), work);
-    const fs::path many = Page(browser, Desk(work, 262), work, 80);  // all of its photos
-    for (const std::string& scene : captures) Page(browser, scene, work);
+    Page(Desk(work, 24), work);
+    const fs::path fifty = Page(Desk(work, 50), work);
+    Page(Desk(work, 100), work);
+    Page(Desk(work, 262), work);
+    const fs::path many = Page(Desk(work, 262), work, 80);  // all of its photos
+    for (const std::string& scene : captures) Page(scene, work);
     // In turns, as other programs may be at work.
+    Chromium browser(kWindowWidth, kWindowHeight);
     double few_ms = 1e9, many_ms = 1e9;
     for (int round = 0; round < kRounds; ++round) {
       OpenPage(browser, "file://" + fifty.string());
@@ -145,7 +150,7 @@ int main(int argc, char** argv) {
         "\n| streamed photos | MB | MB to the first picture | first picture s | --memory-mb | graphics MB, at most | "
         "browser "
         "MB, empty | at most | MB sent in all |\n|---|---|---|---|---|---|---|---|---|\n");
-    for (const int photos : {100, streamed}) Streamed(browser, work, photos, 256);
+    for (const int photos : {100, streamed}) Streamed(work, photos, 256);
     return Answer(JsonKeys(), "");
   });
 }

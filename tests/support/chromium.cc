@@ -176,6 +176,8 @@ bool Chromium::WaitFor(const std::string& expression, double seconds) {
   return false;
 }
 
+std::string Chromium::Version() { return Send("Browser.getVersion", json::object(), false)["product"]; }
+
 double Chromium::MemoryMb() const {
   std::map<int, std::vector<int>> children;
   for (const auto& entry : fs::directory_iterator("/proc")) {

@@ -30,6 +30,7 @@ class Chromium {
   bool WaitFor(const std::string& expression, double seconds = 60);
   void Screenshot(const std::filesystem::path& png);
 
+  std::string Version();  // "Chrome/130.0.6723.58"
   // Of all its processes: what they have in memory, shared pages divided among them.
   double MemoryMb() const;
 
