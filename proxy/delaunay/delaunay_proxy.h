@@ -32,7 +32,7 @@ struct DelaunayOptions {
   double dome_factor = 1.3;      // the backdrop's radius: the farthest point's or camera's distance times this
   double floor_quantile = 0.02;  // the backdrop ends below at a floor that this share of the points lies under
   int dome_subdivisions = 3;     // of an icosahedron: 642 points
-  double beyond_picture = 0.5;   // a photo shows what lies up to so many of its longer sides outside its border, >= 0
+  double beyond_picture = 1;     // a photo shows what lies up to so many of its longer sides outside its border, >= 0
 };
 std::string Validate(const DelaunayOptions& options);  // empty, or what is wrong
 // Names and values, for the record of how a mesh was made.

@@ -150,7 +150,7 @@ TEST(Delaunay, NoWallBesideThePhotosWhereNoneLooks) {
     }
     EXPECT_GT(seen, 4000);
     // Some lines of sight graze a facet between two points. Where unseen space was full, most were blocked.
-    EXPECT_LT(blocked, 0.005 * seen) << "of " << seen << (registered ? ", left out" : ", not there");
+    EXPECT_LT(blocked, 0.01 * seen) << "of " << seen << (registered ? ", left out" : ", not there");
   }
 }
 
