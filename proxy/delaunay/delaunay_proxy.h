@@ -7,8 +7,8 @@
 // - A helper point stands a little behind each point. Without it the tetrahedra behind a foreground object reach to the
 //   background, and lines of sight that pass close behind the object cannot be kept open without losing the object.
 // - Space that no photo shows counts as free, with the weight of a line of sight; and a line of sight makes the cell
-//   behind its point full only where its photo shows that cell. Cells at the border of what was seen are long: full
-//   ones hid the scene from viewers beside the photos, or held them inside.
+//   behind its point full only where its photo shows that cell. Cells at the border of what was seen are long: a
+//   full one would hide the scene from a viewer beside the photos.
 // - No smoothing: each vertex is where bundle adjustment put it, and moving it costs PSNR on every capture measured.
 #pragma once
 

@@ -22,11 +22,10 @@ std::string Validate(const DenseOptions& o) {
 
 std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
   std::map<std::string, std::string> values = OptionValues(o.stereo);
-  // What the cut does with a scene: a mesh that was made otherwise is made again.
-  values["beyond_picture"] = OptionValues(DelaunayOptions{}).at("beyond_picture");
   values["agree"] = std::to_string(o.fusion.agree);
   values["faces"] = std::to_string(o.faces);
   values["merge_px"] = fmt::format("{}", o.merge_px);
+  values.merge(OptionValues(DelaunayOptions{}));  // of the cut, as BuildDenseProxy has it; merge_px is ours
   return values;
 }
 

@@ -62,6 +62,31 @@ TEST(MeshQuery, MeetsATriangleWhereGeometrySays) {
   EXPECT_NEAR(query.Distance({0.25, 0.25, 5}), 3, 1e-12);
 }
 
+// A sheet without thickness has a front and a back at one place, whichever the tree finds first.
+TEST(MeshQuery, OfFacesAtOneDistanceAFrontOneIsNamed) {
+  for (const double scale : {1e-9, 1.0, 1e9})
+    for (const double offset : {0.0, 1e6}) {
+      const Eigen::Vector3d far(offset * scale, -offset * scale, offset * scale);
+      Mesh mesh;
+      for (const Eigen::Vector3d& x : {Eigen::Vector3d(0, 0, 2), {1, 0, 2}, {0, 1, 2}})
+        mesh.vertices.push_back(far + scale * x);
+      mesh.faces = {{0, 1, 2}, {0, 2, 1}, {0, 1, 2}};  // the second looks towards -z
+      const auto hit = MeshQuery(mesh).FirstHit(far + scale * Eigen::Vector3d(0.25, 0.25, 0), {0, 0, 1});
+      ASSERT_TRUE(hit.has_value());
+      EXPECT_TRUE(hit->front) << scale << ", " << offset;
+      EXPECT_EQ(hit->face, 1) << scale << ", " << offset;
+      // Well apart, the nearer one counts, from behind too.
+      mesh.vertices.insert(mesh.vertices.end(),
+                           {far + scale * Eigen::Vector3d(0, 0, 3), far + scale * Eigen::Vector3d(1, 0, 3),
+                            far + scale * Eigen::Vector3d(0, 1, 3)});
+      mesh.faces = {{0, 1, 2}, {3, 5, 4}};
+      const auto back = MeshQuery(mesh).FirstHit(far + scale * Eigen::Vector3d(0.25, 0.25, 0), {0, 0, 1});
+      ASSERT_TRUE(back.has_value());
+      EXPECT_FALSE(back->front);
+      EXPECT_EQ(back->face, 0);
+    }
+}
+
 TEST(MeshQuery, EmptyAndDegenerateMeshesAreMetByNothing) {
   const Mesh empty;
   EXPECT_FALSE(MeshQuery(empty).FirstHit({0, 0, 0}, {0, 0, 1}).has_value());
