@@ -22,7 +22,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 # Programs that are interrupted say so themselves, and end: this script would go on with the next part.
 trap 'exit 130' INT
 
-parts=(captures dense dense-cost effects correlation speed proxies hulls cameras walk calibration factorization periods periodic unseen stabilize video web flush price minutes scale large gpu methods table-3-1)
+parts=(captures dense dense-cost effects correlation speed proxies hulls cameras walk calibration factorization periods moments periodic unseen stabilize video web flush price minutes scale large gpu methods table-3-1)
 # What a part says of itself: its line Title, or the programs that it needs.
 title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }

@@ -107,7 +107,8 @@ void BallPlaces(const std::string& example, const fs::path& capture) {
     }
     return off_px;
   };
-  std::printf("| window, frames | the lamp's red ball is off by, at most, px |\n|---|---|\n");
+  std::printf(
+      "\n## Where the lamp's red ball stands in unseen views\n\n| window, frames | off by, at most, px |\n|---|---|\n");
   for (const double frames : {0.5, 1.0, 2.0, 4.0, 8.0}) {
     std::printf("| %g | %.2f |\n", frames, farthest(fmt::format("{}", frames * frame_s)));
     std::fflush(stdout);
@@ -140,8 +141,8 @@ void Dino(const fs::path& work, const fs::path& data) {
   // The rule takes the object's dark places for background, so that half of the silhouettes disagree with the others.
   if (!fs::exists(object / "proxies" / "hull.ply")) Run("lumi-proxy", {"hull", object.string(), "--max-left-out", "1"});
   std::printf(
-      "\n| dino-rings/periodic, one photo of each turn held out | PSNR dB | over the object | SSIM | coverage "
-      "|\n|---|---|---|---|---|\n");
+      "\n## A turntable: one photo of each turn held out\n\n| 139 photos in three turns | PSNR dB | over the object | "
+      "SSIM | coverage |\n|---|---|---|---|---|\n");
   const auto row = [](const char* name, double psnr, double of_object, double ssim, double coverage) {
     std::printf("| %s | %.2f | %.2f | %.4f | %.1f %% |\n", name, psnr, of_object, ssim, 100 * coverage);
     std::fflush(stdout);
@@ -180,7 +181,8 @@ void StillScene(const fs::path& capture) {
   const std::vector<std::pair<const char*, const Scene*>> scenes{
       {"none", &few}, {"a video's", &timed}, {"a video's, and a period", &periodic}};
   std::printf(
-      "\n| times of the photos | time counts | CPU ms | ratio | OpenGL ms | ratio |\n|---|---|---|---|---|---|\n");
+      "\n## What times cost a still scene\n\n| times of the photos | time counts | CPU ms | ratio | OpenGL ms | ratio "
+      "|\n|---|---|---|---|---|---|\n");
   std::vector<RenderRequest> requests;
   for (const auto& [name, scene] : scenes) {
     RenderRequest r;
