@@ -2,8 +2,8 @@
 # Installs and builds what the tests need, and runs them.
 #
 #   ./test.sh             the fast tier
-#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; fuzzing where clang is installed;
-#                         the Debian packages on a bare root; the site of docs/
+#   ./test.sh --all       everything, also what takes minutes or needs the captures in ../shared/data; builds what bench.sh runs;
+#                         fuzzing where clang is installed; the Debian packages on a bare root; the site of docs/
 #   ./test.sh --asan      the fast tier without the end-to-end tests, with address and undefined-behaviour checks
 #   ./test.sh --tsan      viewer, loaders and threads of our own, with checks for data races
 #   ./test.sh --on trixie [--as-user]     on a bare Debian of that name (bookworm, trixie), as root or as a user with sudo
@@ -18,7 +18,7 @@ more=() passed=() on='' as_user=() everything=''
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]##*/}"; exit 0 ;;
-    --all) select=() everything=yes passed+=(--all) ;;
+    --all) select=() targets=(all benchmarks) everything=yes passed+=(--all) ;;
     --on)
       [ $# -ge 2 ] || die "--on needs the name of a release: bookworm or trixie" 2
       on=$2; shift ;;

@@ -91,6 +91,15 @@ function(lumi_program name main)
   endif()
 endfunction()
 
+# What measures: bench.sh builds it by name, test.sh --all builds `benchmarks`, who tests need not wait for it.
+function(lumi_measures)
+  set_target_properties(${ARGN} PROPERTIES EXCLUDE_FROM_ALL ON)
+  if(NOT TARGET benchmarks)
+    add_custom_target(benchmarks)
+  endif()
+  add_dependencies(benchmarks ${ARGN})
+endfunction()
+
 function(lumi_test name)
   cmake_parse_arguments(arg "" "SECONDS" "SOURCES;LIBS;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})

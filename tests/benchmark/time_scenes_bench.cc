@@ -198,7 +198,7 @@ void StillScene(const fs::path& capture) {
   for (std::size_t backend = 0; backend < medians.size(); ++backend) {
     std::vector<std::unique_ptr<Renderer>> renderers;
     for (const auto& [name, scene] : scenes)
-      renderers.push_back((backend == 0 ? MakeCpuRenderer : MakeGlRenderer)(WorldOf(*scene, proxy), photos));
+      renderers.push_back((backend == 0 ? MakeCpuRenderer : MakeGlRenderer)(WorldOf(*scene, proxy), photos, {}));
     std::vector<std::vector<double>> ms(scenes.size());
     for (int round = -kWarmUp; round < kRounds; ++round)
       for (std::size_t i = 0; i < scenes.size(); ++i) {
