@@ -6,9 +6,11 @@
 "$bin/optimum_bench"
 "$bin/optimum_bench" --widths
 heading "Weights across occluders' edges"
-printf '```\n'
-"$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1 | grep 'largest change'
-printf '```\n'
+printf '| step, scene sizes | 1e-2 | 1e-3 | 1e-4 | 1e-5 | 1e-6 | ratios |\n|---|---|---|---|---|---|---|\n'
+"$bin/test_render_hard_cases" --gtest_filter='Continuity.HoldsAcrossOcclusionEdges*' --gtest_brief=1 |
+  sed -n 's/: largest change.*1e-6: /: /p' |
+  awk -F '[:;] ' '{ printf "| %s |", $1; n = split($2, size, " "); for (i = 1; i <= n; i++) printf " %#.3g |", size[i]
+    n = split($3, ratio, " "); for (i = 2; i <= n; i++) printf "%s %.1f", (i > 2 ? "," : ""), ratio[i]; print " |" }'
 "$bin/sparse_blend_bench" time views
 "$bin/gl_blend_bench"
 # What a user waits for: rays, weights and blending together, along a path of ten frames.
