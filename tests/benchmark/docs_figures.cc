@@ -138,15 +138,16 @@ class Filler {
     throw InputError(name_, fmt::format("line {}: {}", line, why));
   }
 
-  // A row for each part, and their sum.
+  // A row for each part, and their sum. Of the machine what comes before its compiler.
   std::vector<std::string_view> All() {
-    all_ = {"| part | command | version | minutes |", "|---|---|---|---|"};
+    all_ = {"| part | command | machine | version | minutes |", "|---|---|---|---|---|"};
     double seconds = 0;
     for (const auto& [name, part] : figures_) {
-      all_.push_back(fmt::format("| {} | `{}` | {} | {:.1f} |", name, part.command, part.version, part.seconds / 60));
+      all_.push_back(fmt::format("| {} | `{}` | {} | {} | {:.1f} |", name, part.command,
+                                 part.machine.substr(0, part.machine.find(';')), part.version, part.seconds / 60));
       seconds += part.seconds;
     }
-    all_.push_back(fmt::format("| all | | | {:.0f} |", seconds / 60));
+    all_.push_back(fmt::format("| all | | | | {:.0f} |", seconds / 60));
     return {all_.begin(), all_.end()};
   }
 

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 PrintedFigures Example() {
   PrintedFigures figures;
   figures["render"] = {"./bench.sh --only render",
-                       "GCC",
+                       "A processor, 2 cores; GCC",
                        "1.2 (abc)",
                        12,
                        {"## Held out", "", "| capture | proxy | PSNR dB |", "|---|---|---|", "| desk | mesh | 26.684 |",
@@ -64,8 +64,9 @@ TEST(DocsFigures, ARegularExpressionFindsWhatIsInNoTable) {
 
 TEST(DocsFigures, AllPartsAreListedWithTheirSum) {
   EXPECT_EQ(Filled("<!-- figures all -->\n<!-- end -->"),
-            "<!-- figures all -->\n| part | command | version | minutes |\n|---|---|---|---|\n"
-            "| render | `./bench.sh --only render` | 1.2 (abc) | 0.2 |\n| all | | | 0 |\n<!-- end -->");
+            "<!-- figures all -->\n| part | command | machine | version | minutes |\n|---|---|---|---|---|\n"
+            "| render | `./bench.sh --only render` | A processor, 2 cores | 1.2 (abc) | 0.2 |\n| all | | | | 0 |\n<!-- "
+            "end -->");
 }
 
 TEST(DocsFigures, FillingInTwiceChangesNothing) {
