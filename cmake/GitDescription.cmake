@@ -6,7 +6,7 @@ set(description "")
 if(git)
   execute_process(COMMAND ${git} -C ${SOURCE} describe --tags --always
     OUTPUT_VARIABLE description OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
-  execute_process(COMMAND ${git} diff --quiet HEAD -- . ":(exclude)docs" WORKING_DIRECTORY ${SOURCE}
+  execute_process(COMMAND ${git} diff --quiet HEAD -- . ":(exclude)docs" ":(exclude)*.md" WORKING_DIRECTORY ${SOURCE}
     RESULT_VARIABLE changed OUTPUT_QUIET ERROR_QUIET)
   if(description AND NOT changed EQUAL 0)
     string(APPEND description "-changed")
