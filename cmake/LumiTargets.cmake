@@ -91,8 +91,9 @@ function(lumi_program name main)
   endif()
 endfunction()
 
-# What measures: bench.sh builds it by name, test.sh --all builds `benchmarks`, who tests need not wait for it.
-function(lumi_measures)
+# Programs that measure are no part of `all`, so that tests need not wait for them: bench.sh builds them by name, test.sh
+# --all builds the target `benchmarks`.
+function(lumi_benchmarks)
   set_target_properties(${ARGN} PROPERTIES EXCLUDE_FROM_ALL ON)
   if(NOT TARGET benchmarks)
     add_custom_target(benchmarks)

@@ -46,7 +46,7 @@ struct Image {
  private:
   void Reserve(std::size_t n) {
     if (n <= data.capacity()) return;
-    data.clear();  // what is written before goes into pages of 4 KB
+    data.clear();  // reserve() would copy the old values before the advice is given
     data.reserve(n);
     WantLargePages(data.data(), n * sizeof(T));
   }
