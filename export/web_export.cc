@@ -143,7 +143,7 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   if (proxy_bytes > kMostOfProxy * max_bytes)
     throw DataError(fmt::format("the proxy {} has {} faces, which take {:.1f} of the {:.1f} MB", summary.proxy,
                                 summary.faces, proxy_bytes / 1e6, o.max_mb),
-                    "simplify it (lumi-proxy simplify SCENE --faces 20000), or give more with --max-mb");
+                    "simplify it (lumi-proxy simplify SCENE --faces 20000 --in-pixels), or give more with --max-mb");
   if (rest >= max_bytes)
     throw DataError(fmt::format("a page without photos takes {:.1f} MB of the {:.1f}", rest / 1e6, o.max_mb),
                     "give more with --max-mb");

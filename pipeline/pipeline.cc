@@ -371,7 +371,11 @@ class Run {
     std::vector<std::string> arguments{"simplify",  summary_.scene.string(), "--from",  name,
                                        "--name",    name + "-" + faces,      "--faces", faces,
                                        "--activate"};
-    if (options_.proxy == "hull") arguments.emplace_back("--keep-hull");
+    // What is no hull has surroundings, in whose size the things in front are small.
+    if (options_.proxy == "hull")
+      arguments.emplace_back("--keep-hull");
+    else if (!name.starts_with("hull"))
+      arguments.emplace_back("--in-pixels");
     stages_->Start("simplify", "lumi-proxy", std::move(arguments));
   }
 

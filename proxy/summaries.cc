@@ -41,6 +41,11 @@ std::string Details(const DelaunaySummary& s) {
                      100 * s.blocked_ray_fraction, s.rays);
 }
 
+static std::string DescribeRemovedParts(std::size_t removed) {
+  if (removed == 0) return "";
+  return fmt::format("\nwithout {} parts that no photo shows large, which would have taken most of the faces", removed);
+}
+
 static void ListKeys(JsonKeys& j, StereoSummary& s) {
   j("photos", s.photos, "without", s.without, "pixels", s.pixels, "reused", s.reused, "given", s.given, "seconds",
     s.seconds);
@@ -48,7 +53,7 @@ static void ListKeys(JsonKeys& j, StereoSummary& s) {
 void ListKeys(JsonKeys& j, DenseSummary& s) {
   j("depth", s.stereo, "fused_points", s.fused_points, "fusion_seconds", s.fusion_s);
   ListKeys(j, s.mesh);
-  j("faces_before", s.faces_before, "simplify_seconds", s.simplify_s);
+  j("faces_before", s.faces_before, "removed_parts", s.removed_parts, "simplify_seconds", s.simplify_s);
 }
 std::string Details(const DenseSummary& s) {
   std::string out = fmt::format(
@@ -60,6 +65,7 @@ std::string Details(const DenseSummary& s) {
                         : "",
       s.fused_points, s.fusion_s, s.mesh.vertices_used, 100 * s.mesh.blocked_ray_fraction, s.mesh.rays);
   if (s.faces_before != 0) out += fmt::format("\nsimplified from {} faces, {:.1f} s", s.faces_before, s.simplify_s);
+  out += DescribeRemovedParts(s.removed_parts);
   for (const std::string& name : s.stereo.without)
     out += "\nwithout depth: " + name + " shares too few points with other photos";
   return out;
@@ -222,7 +228,7 @@ void ListKeys(JsonKeys& j, SimplifiedFit& s) {
 }
 void ListKeys(JsonKeys& j, SimplifyFigures& s) {
   j("from", s.from, "method", s.method, "wanted", s.wanted, "faces_before", s.faces_before, "reached", s.reached,
-    "wrapped", s.wrapped, "simplify_s", s.simplify_s);
+    "wrapped", s.wrapped, "removed_parts", s.removed_parts, "simplify_s", s.simplify_s);
   ListKeys(j, s.fit);
 }
 std::string Describe(const Made<SimplifyFigures>& s) {
@@ -232,9 +238,11 @@ std::string Describe(const Made<SimplifyFigures>& s) {
       fmt::format("{}: {} faces of {}'s {}, {}, {:.2f} s{}\n{}", s.file.string(), s.faces, f.from, f.faces_before,
                   f.method, s.seconds, s.reused ? " (nothing had changed)" : "", f.fit.soundness);
   if (f.fit.intersects_itself) out += ", runs through itself";
+  if (f.wrapped) out += "; of a wrap, which closes narrow gaps: its own holes would take most of the faces";
   if (f.fit.volume_ratio) out += fmt::format("; volume {:.4f} of what it was", *f.fit.volume_ratio);
   out +=
       fmt::format("\ndistance {:.2f} px in the mean, {:.1f} px at most", f.fit.mean_distance_px, f.fit.max_distance_px);
+  out += DescribeRemovedParts(f.removed_parts);
   if (!f.fit.silhouettes) return out + "\nno silhouettes: what it covers of them was not measured";
   const SilhouetteFitSummary& covered = *f.fit.silhouettes;
   out += fmt::format(

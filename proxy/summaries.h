@@ -114,6 +114,7 @@ struct SimplifyFigures {
   int wanted = 0;
   std::size_t faces_before = 0;
   bool reached = true, wrapped = false;
+  std::size_t removed_parts = 0;
   double simplify_s = 0;
   SimplifiedFit fit;
 };

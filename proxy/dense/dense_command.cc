@@ -105,6 +105,7 @@ Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
   SimplifiedMesh simple =
       std::move(Simplify(mesh, {wanted}, SimplifyMethod::kInPixels, progress, MakeProxyViews(scene)).front());
   summary.simplify_s = simple.seconds;
+  summary.removed_parts = simple.removed_parts;
   return std::move(simple.mesh);
 }
 

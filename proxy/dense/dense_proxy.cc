@@ -24,6 +24,7 @@ std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
   std::map<std::string, std::string> values = OptionValues(o.stereo);
   values["agree"] = std::to_string(o.fusion.agree);
   values["faces"] = std::to_string(o.faces);
+  values["small_parts"] = "may go";  // a mesh that does not say so may be a wrap of the scene, without its small things
   values["merge_px"] = fmt::format("{}", o.merge_px);
   values.merge(OptionValues(DelaunayOptions{}));  // of the cut, as BuildDenseProxy has it; merge_px is ours
   return values;

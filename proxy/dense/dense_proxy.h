@@ -26,7 +26,8 @@ struct DenseSummary {
   std::size_t fused_points = 0;
   double fusion_s = 0;
   DelaunaySummary mesh;
-  std::size_t faces_before = 0;  // it was simplified
+  std::size_t faces_before = 0;   // it was simplified
+  std::size_t removed_parts = 0;  // for that (proxy/simplify/small_parts.h)
   double simplify_s = 0;
 };
 

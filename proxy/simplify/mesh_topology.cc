@@ -155,42 +155,61 @@ Mesh MakeManifold(const Mesh& mesh, MeshRepair* repair) {
   return out;
 }
 
-MeshParts CountParts(const Mesh& mesh) {
+LabelledParts LabelParts(const Mesh& mesh) {
   DisjointSets sets(mesh.vertices.size());
   for (const Triangle& f : mesh.faces) {
     sets.Join(At(f[0]), At(f[1]));
     sets.Join(At(f[0]), At(f[2]));
   }
-  struct Part {
+  struct Size {
     std::size_t vertices = 0, faces = 0, borders = 0;
   };
-  std::map<std::size_t, Part> parts;
-  for (const Triangle& f : mesh.faces) ++parts[sets.Find(At(f[0]))].faces;
+  LabelledParts labelled;
+  std::vector<Size> sizes;
+  std::vector<std::int32_t> label(mesh.vertices.size(), -1);  // of a set, at its least vertex
+  labelled.of_face.reserve(mesh.faces.size());
+  for (const Triangle& f : mesh.faces) {
+    std::int32_t& part = label[sets.Find(At(f[0]))];
+    if (part < 0) {
+      part = static_cast<std::int32_t>(sizes.size());
+      sizes.emplace_back();
+    }
+    ++sizes[At(part)].faces;
+    labelled.of_face.push_back(part);
+  }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    if (const auto part = parts.find(sets.Find(v)); part != parts.end()) ++part->second.vertices;
+    if (const std::int32_t part = label[sets.Find(v)]; part >= 0) ++sizes[At(part)].vertices;
   const std::vector<Side> sides = SortedSides(mesh.faces);
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t j = i;
     while (j < sides.size() && sides[j].Meets(sides[i])) ++j;
-    if (j - i == 1) ++parts[sets.Find(At(sides[i].low))].borders;
+    if (j - i == 1) ++sizes[At(labelled.of_face[At(sides[i].face)])].borders;
     i = j;
   }
-  MeshParts counted;
-  for (const auto& [root, part] : parts) {
-    ++counted.parts;
-    if (part.borders > 0) {
-      ++counted.least_faces;
+  for (const Size& size : sizes) {
+    if (size.borders > 0) {
+      labelled.parts.push_back({.closed = false, .handles = 0, .least_faces = 1});
       continue;
     }
-    ++counted.closed_parts;
     // Euler: vertices - edges + faces = 2 - 2 handles, with 3/2 edges a face.
-    const auto euler = static_cast<long>(part.vertices) - static_cast<long>(part.faces / 2);
+    const auto euler = static_cast<long>(size.vertices) - static_cast<long>(size.faces / 2);
     const auto handles = static_cast<std::size_t>(std::max(0L, (2 - euler) / 2));
-    counted.handles += handles;
     // Heawood: so few vertices that every two of them share an edge.
     const auto least_vertices =
         static_cast<std::size_t>(std::ceil((7 + std::sqrt(1 + 48.0 * static_cast<double>(handles))) / 2 - 1e-9));
-    counted.least_faces += 2 * (least_vertices + 2 * handles - 2);
+    labelled.parts.push_back(
+        {.closed = true, .handles = handles, .least_faces = 2 * (least_vertices + 2 * handles - 2)});
+  }
+  return labelled;
+}
+
+MeshParts CountParts(const Mesh& mesh) {
+  MeshParts counted;
+  for (const MeshPart& part : LabelParts(mesh).parts) {
+    ++counted.parts;
+    if (part.closed) ++counted.closed_parts;
+    counted.handles += part.handles;
+    counted.least_faces += part.least_faces;
   }
   return counted;
 }

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "scene/geometry/mesh.h"
 
@@ -40,5 +42,17 @@ struct MeshParts {
 };
 // Of a 2-manifold.
 MeshParts CountParts(const Mesh& mesh);
+
+struct MeshPart {
+  bool closed = true;
+  std::size_t handles = 0;      // of a closed one
+  std::size_t least_faces = 0;  // as above
+};
+struct LabelledParts {
+  std::vector<MeshPart> parts;
+  std::vector<std::int32_t> of_face;  // the part that each face belongs to
+};
+// Of a 2-manifold: what CountParts adds up.
+LabelledParts LabelParts(const Mesh& mesh);
 
 }  // namespace lumi

@@ -12,6 +12,7 @@
 #include "proxy/simplify/pixel_scale.h"
 #include "proxy/simplify/progressive_hull.h"
 #include "proxy/simplify/quadric_decimation.h"
+#include "proxy/simplify/small_parts.h"
 #include "proxy/simplify/tight_wrap.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
@@ -23,7 +24,6 @@ namespace {
 constexpr std::size_t kWrapFaces = 20000;
 // More faces than this are kept from the mesh itself, unless its handles would leave too few of them to its shape.
 constexpr std::size_t kFinestWrapped = 4000;
-constexpr std::size_t kFacesPerLeast = 4;
 // A wrap of gaps down to size / d has about 2 d^2 faces. Coarser than a 60th it costs more volume than simplifying
 // does.
 constexpr double kCoarsestGap = 60;
@@ -41,6 +41,154 @@ double WrapFor(const MeshParts& parts, std::size_t input_faces, std::size_t want
   return std::max(kCoarsestGap, std::sqrt(kWrapFacesPerFace / 2 * static_cast<double>(wanted)));
 }
 
+void RequireInside(std::size_t faces) {
+  if (faces < 4) throw UsageError(fmt::format("{} faces enclose nothing", faces), "a closed mesh needs four at least");
+}
+
+// What is to be simplified, and what is known of it.
+struct Source {
+  Mesh mesh;  // a 2-manifold
+  MeshParts parts;
+  double size = 0;
+  std::chrono::steady_clock::time_point start;
+  bool IsClosed() const { return parts.closed_parts == parts.parts; }
+
+  // That `wanted` faces are enough for a surface with these parts.
+  void Require(const MeshParts& p, std::size_t wanted) const {
+    if (wanted >= p.least_faces) return;
+    if (IsClosed()) RequireInside(wanted);
+    throw DataError(fmt::format("{} faces are too few: {} parts with {} holes through them need {} at least", wanted,
+                                p.parts, p.handles, p.least_faces),
+                    fmt::format("--faces {} or more", p.least_faces));
+  }
+};
+
+Source MakeSource(const Mesh& input) {
+  Source source{.mesh = {}, .parts = {}, .size = 0, .start = std::chrono::steady_clock::now()};
+  source.mesh = MakeManifold(input);
+  source.parts = CountParts(source.mesh);
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : source.mesh.vertices) box.extend(v);
+  source.size = box.sizes().maxCoeff();
+  return source;
+}
+
+// As near to the surface as can be. Handles of a body that would take most of the faces are closed by a wrap.
+std::vector<SimplifiedMesh> Nearest(const Source& source, const std::vector<std::size_t>& faces,
+                                    ProgressSink& progress) {
+  std::array<std::vector<std::size_t>, 2> groups;
+  const bool may_wrap = source.IsClosed() && source.mesh.faces.size() >= kWrapFaces;
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    groups[may_wrap && faces[i] < kFacesPerLeast * source.parts.least_faces ? 1 : 0].push_back(i);
+  std::vector<SimplifiedMesh> results(faces.size());
+  const double checked = SecondsSince(source.start);
+  for (const bool wrapped : {false, true}) {
+    const std::vector<std::size_t>& members = groups[wrapped ? 1 : 0];
+    if (members.empty()) continue;
+    const auto run_start = std::chrono::steady_clock::now();
+    Mesh wrap;
+    if (wrapped) {
+      Progress step(progress, "wrapping", 0);
+      const double gap = source.size / kQuadricGap;
+      wrap = MakeManifold(TightWrap(source.mesh, gap, kOffsetPerGap * gap));
+    }
+    std::vector<std::size_t> wanted;
+    for (const std::size_t i : members) wanted.push_back(faces[i]);
+    for (const std::size_t n : wanted) source.Require(wrapped ? CountParts(wrap) : source.parts, n);
+    const double before = SecondsSince(run_start);
+    std::vector<DecimatedMesh> made = Decimate(wrapped ? wrap : source.mesh, wanted, progress);
+    for (std::size_t k = 0; k < members.size(); ++k)
+      results[members[k]] = {.mesh = std::move(made[k].mesh),
+                             .seconds = checked + before + made[k].seconds,
+                             .reached = made[k].reached,
+                             .wrapped = wrapped,
+                             .removed_parts = 0};
+  }
+  return results;
+}
+
+// The same as the photos show it. Nothing is wrapped: the gaps of a wrap follow from the size of the whole, and to its
+// surroundings a scene's objects are small. What floats about and is hardly seen goes instead, and what is left gets
+// more faces than wanted where it would lose its shape.
+std::vector<SimplifiedMesh> NearestInPixels(const Source& source, const std::vector<std::size_t>& faces,
+                                            ProgressSink& progress, const std::vector<ProxyView>& views) {
+  const std::vector<double> scale = PixelScale(source.mesh, views);
+  std::map<std::size_t, std::vector<std::size_t>> groups;  // by how many parts were removed
+  std::map<std::size_t, Mesh> without;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    Mesh mesh = source.mesh;
+    const std::size_t removed = RemoveSmallParts(mesh, faces[i], scale);
+    groups[removed].push_back(i);
+    if (removed > 0) without.try_emplace(removed, std::move(mesh));
+  }
+  std::vector<SimplifiedMesh> results(faces.size());
+  const double checked = SecondsSince(source.start);
+  for (const auto& [removed, members] : groups) {
+    const auto run_start = std::chrono::steady_clock::now();
+    const Mesh& mesh = removed > 0 ? without.at(removed) : source.mesh;
+    const MeshParts parts = removed > 0 ? CountParts(mesh) : source.parts;
+    std::vector<std::size_t> wanted;
+    for (const std::size_t i : members) {
+      if (source.IsClosed()) RequireInside(faces[i]);
+      wanted.push_back(std::max(faces[i], kFacesPerLeast * parts.least_faces));
+    }
+    const double before = SecondsSince(run_start);
+    std::vector<DecimatedMesh> made = Decimate(mesh, wanted, progress, removed > 0 ? PixelScale(mesh, views) : scale);
+    for (std::size_t k = 0; k < members.size(); ++k)
+      results[members[k]] = {.mesh = std::move(made[k].mesh),
+                             .seconds = checked + before + made[k].seconds,
+                             .reached = made[k].reached && wanted[k] == faces[members[k]],
+                             .wrapped = false,
+                             .removed_parts = removed};
+  }
+  return results;
+}
+
+// Encloses the former.
+std::vector<SimplifiedMesh> Enclosing(const Source& source, const std::vector<std::size_t>& faces,
+                                      ProgressSink& progress) {
+  const double checked = SecondsSince(source.start);
+  std::vector<SimplifiedMesh> results(faces.size());
+  std::map<double, std::vector<std::size_t>> runs;
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    runs[WrapFor(source.parts, source.mesh.faces.size(), faces[i])].push_back(i);
+  for (const auto& [inverse_gap, members] : runs) {
+    const auto run_start = std::chrono::steady_clock::now();
+    bool wrapped = inverse_gap > 0;
+    Mesh wrap;
+    if (wrapped) {
+      Progress step(progress, "wrapping", 0);
+      wrap = MakeManifold(TightWrap(source.mesh, source.size / inverse_gap, kOffsetPerGap * source.size / inverse_gap));
+    }
+    const Mesh& from = wrapped ? wrap : source.mesh;
+    const MeshParts from_parts = wrapped ? CountParts(wrap) : source.parts;
+    std::vector<std::size_t> wanted;
+    for (const std::size_t i : members) {
+      source.Require(from_parts, faces[i]);
+      wanted.push_back(faces[i]);
+    }
+    double before = checked + SecondsSince(run_start);
+    ProgressiveHullSummary summary;
+    std::vector<KeptHull> made = KeepHull(from, wanted, progress, &summary);
+    const bool all = std::ranges::all_of(made, [](const KeptHull& hull) { return hull.reached; });
+    if (!wrapped && (!all || summary.fell_back) && source.mesh.faces.size() >= kLeastWrapped) {
+      // The simplified mesh keeps too many faces, or runs through itself: a wrap does neither.
+      wrapped = true;
+      const double gap = source.size / kCoarsestGap;
+      wrap = MakeManifold(TightWrap(source.mesh, gap, kOffsetPerGap * gap));
+      before = checked + SecondsSince(run_start);
+      made = KeepHull(wrap, wanted, progress, &summary);
+    }
+    for (std::size_t k = 0; k < members.size(); ++k)
+      results[members[k]] = {.mesh = std::move(made[k].mesh),
+                             .seconds = before + made[k].seconds,
+                             .reached = made[k].reached,
+                             .wrapped = wrapped,
+                             .removed_parts = 0};
+  }
+  return results;
+}
+
 }  // namespace
 
 std::string Name(SimplifyMethod method) {
@@ -56,88 +204,15 @@ std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::s
                                      ProgressSink& progress, const std::vector<ProxyView>& views) {
   for (const std::size_t n : faces)
     if (n < 1) throw UsageError("--faces must be at least 1");
-  const auto start = std::chrono::steady_clock::now();
-  const Mesh mesh = MakeManifold(input);
-  const MeshParts parts = CountParts(mesh);
-  const bool closed = parts.closed_parts == parts.parts;
-  if (method == SimplifyMethod::kKeepHull && !closed)
+  const Source source = MakeSource(input);
+  switch (method) {
+    case SimplifyMethod::kQuadric: return Nearest(source, faces, progress);
+    case SimplifyMethod::kInPixels: return NearestInPixels(source, faces, progress, views);
+    case SimplifyMethod::kKeepHull: break;
+  }
+  if (!source.IsClosed())
     throw DataError("the mesh is open: only a closed one has an inside to keep", "simplify it without --keep-hull");
-  const auto require = [&](const MeshParts& p, std::size_t wanted) {
-    if (wanted >= p.least_faces) return;
-    if (closed && wanted < 4)
-      throw UsageError(fmt::format("{} faces enclose nothing", wanted), "a closed mesh needs four at least");
-    throw DataError(fmt::format("{} faces are too few: {} parts with {} holes through them need {} at least", wanted,
-                                p.parts, p.handles, p.least_faces),
-                    fmt::format("--faces {} or more", p.least_faces));
-  };
-
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
-  const double size = box.sizes().maxCoeff();
-  std::vector<SimplifiedMesh> results(faces.size());
-  const double checked = SecondsSince(start);
-  if (method != SimplifyMethod::kKeepHull) {
-    // Handles that would take most of the faces are closed by a wrap here too.
-    std::array<std::vector<std::size_t>, 2> groups;
-    for (std::size_t i = 0; i < faces.size(); ++i)
-      groups[closed && mesh.faces.size() >= kWrapFaces && faces[i] < kFacesPerLeast * parts.least_faces ? 1 : 0]
-          .push_back(i);
-    for (const bool wrapped : {false, true}) {
-      const std::vector<std::size_t>& members = groups[wrapped ? 1 : 0];
-      if (members.empty()) continue;
-      const auto run_start = std::chrono::steady_clock::now();
-      Mesh wrap;
-      if (wrapped) {
-        Progress step(progress, "wrapping", 0);
-        wrap = MakeManifold(TightWrap(mesh, size / kQuadricGap, kOffsetPerGap * size / kQuadricGap));
-      }
-      std::vector<std::size_t> wanted;
-      for (const std::size_t i : members) wanted.push_back(faces[i]);
-      for (const std::size_t n : wanted) require(wrapped ? CountParts(wrap) : parts, n);
-      const double before = SecondsSince(run_start);
-      const Mesh& from = wrapped ? wrap : mesh;
-      std::vector<double> scale;
-      if (method == SimplifyMethod::kInPixels) scale = PixelScale(from, views);
-      std::vector<DecimatedMesh> made = Decimate(from, wanted, progress, scale);
-      for (std::size_t k = 0; k < members.size(); ++k)
-        results[members[k]] = {std::move(made[k].mesh), checked + before + made[k].seconds, made[k].reached, wrapped};
-    }
-    return results;
-  }
-
-  std::map<double, std::vector<std::size_t>> runs;
-  for (std::size_t i = 0; i < faces.size(); ++i) runs[WrapFor(parts, mesh.faces.size(), faces[i])].push_back(i);
-  for (const auto& [inverse_gap, members] : runs) {
-    const auto run_start = std::chrono::steady_clock::now();
-    bool wrapped = inverse_gap > 0;
-    Mesh wrap;
-    if (wrapped) {
-      Progress step(progress, "wrapping", 0);
-      wrap = MakeManifold(TightWrap(mesh, size / inverse_gap, kOffsetPerGap * size / inverse_gap));
-    }
-    const Mesh& from = wrapped ? wrap : mesh;
-    const MeshParts from_parts = wrapped ? CountParts(wrap) : parts;
-    std::vector<std::size_t> wanted;
-    for (const std::size_t i : members) {
-      require(from_parts, faces[i]);
-      wanted.push_back(faces[i]);
-    }
-    double before = checked + SecondsSince(run_start);
-    ProgressiveHullSummary summary;
-    std::vector<KeptHull> made = KeepHull(from, wanted, progress, &summary);
-    const bool all = std::ranges::all_of(made, [](const KeptHull& hull) { return hull.reached; });
-    if (!wrapped && (!all || summary.fell_back) && mesh.faces.size() >= kLeastWrapped) {
-      // The simplified mesh keeps too many faces, or runs through itself: a wrap does neither.
-      wrapped = true;
-      const double gap = size / kCoarsestGap;
-      wrap = MakeManifold(TightWrap(mesh, gap, kOffsetPerGap * gap));
-      before = checked + SecondsSince(run_start);
-      made = KeepHull(wrap, wanted, progress, &summary);
-    }
-    for (std::size_t k = 0; k < members.size(); ++k)
-      results[members[k]] = {std::move(made[k].mesh), before + made[k].seconds, made[k].reached, wrapped};
-  }
-  return results;
+  return Enclosing(source, faces, progress);
 }
 
 }  // namespace lumi

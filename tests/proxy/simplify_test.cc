@@ -12,6 +12,7 @@
 #include "proxy/simplify/pixel_scale.h"
 #include "proxy/simplify/self_intersection.h"
 #include "proxy/simplify/simplify.h"
+#include "proxy/simplify/small_parts.h"
 #include "proxy/simplify/tight_wrap.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
@@ -250,6 +251,94 @@ TEST(InPixels, IsTheSameAtAnyUnitOfLengthAndAnywhere) {
         Simplify(scaled, {300}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front().mesh;
     EXPECT_EQ(again.faces, simple.faces) << unit;
   }
+}
+
+Mesh Moved(const Mesh& mesh, double scale, const Eigen::Vector3d& to) {
+  return MappedVertices(mesh, [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(scale * x + to); });
+}
+
+// Specks whose faces, four each, would be 8000 of those that a mesh has, around whatever else is there.
+void AddSpecks(Mesh& mesh, double size) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> in(-1, 1);
+  for (int i = 0; i < 2000; ++i)
+    Append(mesh, Moved(SubdividedCube(1), size, {3 * in(random), 3 * in(random), 8 + in(random)}));
+}
+
+// Of vertices near the ball: how far they are off its surface at most, in radii.
+double FarthestOffBall(const Mesh& mesh, const Eigen::Vector3d& middle, double radius) {
+  double farthest = 0;
+  int near = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    const double r = (v - middle).norm() / radius;
+    if (r > 2) continue;
+    farthest = std::max(farthest, std::abs(r - 1));
+    ++near;
+  }
+  return near > 20 ? farthest : std::numeric_limits<double>::infinity();
+}
+
+// A wrap of all this would have gaps of a hundredth of the room, which is the ball's size.
+TEST(InPixels, SpecksGoWhereTheyWouldTakeTheFacesOfWhatIsInFrontOfTheSurroundings) {
+  const Eigen::Vector3d middle(0, 0, 4);
+  Mesh mesh = Moved(SubdividedCube(40), -100, Eigen::Vector3d::Constant(50));  // seen from within
+  Append(mesh, Moved(BallMesh(20), 0.5, middle));
+  const std::size_t without_specks = mesh.faces.size();
+  AddSpecks(mesh, 0.01);
+  ASSERT_GE(mesh.faces.size(), 20000u);  // as large as what is wrapped otherwise
+  for (const std::size_t faces : {4000, 9000}) {
+    const SimplifiedMesh simple =
+        Simplify(mesh, {faces}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front();
+    EXPECT_TRUE(simple.reached);
+    EXPECT_FALSE(simple.wrapped);
+    EXPECT_LE(simple.mesh.faces.size(), faces);
+    EXPECT_EQ(CountParts(simple.mesh).parts, 2002 - simple.removed_parts);
+    // As many as need be: what is left may keep its shape.
+    EXPECT_LE(kFacesPerLeast * CountParts(simple.mesh).least_faces, faces);
+    EXPECT_GT(kFacesPerLeast * (CountParts(simple.mesh).least_faces + 4), faces);
+    EXPECT_LT(FarthestOffBall(simple.mesh, middle, 0.5), 0.02) << faces;
+  }
+  // Where there are faces enough nothing goes.
+  EXPECT_GT(without_specks, 14000u);
+  const SimplifiedMesh all =
+      Simplify(mesh, {33000}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front();
+  EXPECT_EQ(all.removed_parts, 0u);
+  EXPECT_EQ(CountParts(all.mesh).parts, 2002u);
+}
+
+TEST(SmallParts, GoByWhatPhotosShowOfThemAndTheLargestStays) {
+  Mesh mesh;
+  for (const double depth : {1.0, 4.0, 2.0, 8.0, 16.0}) Append(mesh, Moved(SubdividedCube(2), 0.1, {0, 0, depth}));
+  const auto depths = [](const Mesh& m) {
+    std::vector<int> found;
+    for (std::size_t v = 0; v < m.vertices.size(); v += 26) found.push_back(static_cast<int>(m.vertices[v].z()));
+    return found;
+  };
+  const auto kept = [&](std::size_t faces, const std::vector<double>& scale) {
+    Mesh rest = mesh;
+    const std::size_t removed = RemoveSmallParts(rest, faces, scale);
+    EXPECT_EQ(depths(rest).size(), 5 - removed);
+    EXPECT_FALSE(Validate(rest));
+    return depths(rest);
+  };
+  const std::vector<double> scale = PixelScale(mesh, {CameraAtOrigin()});
+  EXPECT_THAT(kept(80, scale), testing::ElementsAre(1, 4, 2, 8, 16));  // four times the four faces of each
+  EXPECT_THAT(kept(79, scale), testing::ElementsAre(1, 4, 2, 8));
+  EXPECT_THAT(kept(48, scale), testing::ElementsAre(1, 4, 2));
+  // The second has more of the surface in the photo than four of so many faces.
+  EXPECT_THAT(kept(24, scale), testing::ElementsAre(1, 2));
+  EXPECT_THAT(kept(1, scale), testing::ElementsAre(1));
+  // Equally large: those of lower number go first, and never all of them.
+  EXPECT_EQ(kept(1, std::vector<double>(mesh.faces.size(), 1)).size(), 1u);
+}
+
+TEST(InPixels, HolesKeepTheFacesThatTheirShapeNeeds) {
+  const Mesh ring = Moved(TorusMesh(40, 20, 1, 0.4), 1, {0, 0, 5});
+  const SimplifiedMesh simple =
+      Simplify(ring, {20}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front();
+  EXPECT_FALSE(simple.reached);
+  EXPECT_EQ(CountParts(simple.mesh).handles, 1u);
+  EXPECT_EQ(simple.mesh.faces.size(), kFacesPerLeast * CountParts(ring).least_faces);
 }
 
 TEST(TightWrap, EnclosesAndClosesTunnelsThatAreNarrow) {

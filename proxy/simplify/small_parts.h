@@ -1,0 +1,22 @@
+// Parts of a mesh that are too small to be kept: each keeps four faces whatever is collapsed, and a dense mesh of fur
+// or leaves has thousands that float about and are a few pixels large in any photo.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "scene/geometry/mesh.h"
+
+namespace lumi {
+
+// A part whose handles and borders let it keep so many faces has little of its shape left with fewer than this times as
+// many.
+inline constexpr std::size_t kFacesPerLeast = 4;
+
+// Removes parts of a 2-manifold, those first that the photos show smallest, until what is left can keep its shape with
+// `faces` faces (kFacesPerLeast). Parts whose surface in the photos is that of four faces or more, were `faces` spread
+// evenly, and the largest stay in any case. `scale`: pixels a unit at each face (PixelScale), > 0. Returns how many
+// were removed: with 0 the mesh is what it was, else vertices without a face are gone.
+std::size_t RemoveSmallParts(Mesh& mesh, std::size_t faces, const std::vector<double>& scale);
+
+}  // namespace lumi
