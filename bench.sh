@@ -10,9 +10,10 @@
 #                                 workspace, or every one in DIR; --width W renders at that width
 #   ./bench.sh --list             the parts
 #   ./bench.sh --update-docs      also writes what was printed into docs/figures.json, and from there into README and docs
+#   ./bench.sh --continue         leaves out parts that these same programs have printed: an interrupted bench goes on
 #   captures takes --views N (photos rendered at their own cameras) and --capture NAME; walk takes --photos N,N
 #
-# Scenes are kept in build/bench: a second run measures again without finding the cameras again. What a part printed is in
+# Scenes are kept in build/bench: a second run measures again without finding the cameras again (delete it to begin anew). What a part printed is in
 # build/bench/printed. Milliseconds want a machine without other work. Exit code 1: a part failed, and the others were run.
 set -euo pipefail
 start_folder=$PWD
@@ -28,7 +29,7 @@ title() { sed -n '2s/^# //p' "scripts/bench/$1.sh"; }
 programs() { sed -n 's/^# Programs: //p' "scripts/bench/$1.sh"; }
 absolute() { case $1 in /*) printf '%s' "$1" ;; *) printf '%s' "$start_folder/$1" ;; esac; }
 
-only=() data='' methods='' width=() update='' of_captures=() of_walk=()
+only=() data='' methods='' width=() update='' go_on='' of_captures=() of_walk=()
 while [ $# -gt 0 ]; do
   case $1 in
     -h | --help)
@@ -38,6 +39,7 @@ while [ $# -gt 0 ]; do
       exit 0 ;;
     --list) printf '%s\n' "${parts[@]}"; exit 0 ;;
     --update-docs) update=1; shift ;;
+    --continue) go_on=1; shift ;;
     --data | --only | --photos | --views | --capture | --width)
       [ $# -ge 2 ] || die "$1 needs a value" 2
       case $1 in
@@ -81,16 +83,24 @@ fi
 
 install_packages
 mapfile -t targets < <(for part in "${only[@]}"; do programs "$part" | tr ' ' '\n'; done | sort -u)
-[ -z "$update" ] || targets+=(docs_figures)
-build release "${targets[@]}"
+build release docs_figures "${targets[@]}"
 export LUMI_BENCH_WORK=build/bench LUMI_BENCH_DATA=$data LUMI_BENCH_UPDATE=$update
 printed=$LUMI_BENCH_WORK/printed
 mkdir -p "$printed"
 machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores; $(cat build/release/versions.txt); $(colmap help 2>/dev/null | grep -o 'COLMAP [0-9.]*' | head -n 1 || true)"
-version=$(build/release/bin/docs_figures --version 2>/dev/null | cut -d' ' -f2- || true)
+version=$(build/release/bin/docs_figures --version | cut -d' ' -f2-)
 printf 'Built with %s.\n' "$machine"
 
-failed=()
+# What printed a part, beside what it printed: programs of this version, on this machine, on these captures.
+printed_by() { printf '%s\n%s\n%s\n%s\n' "$version" "$machine" "$data" "${arguments[*]}"; }
+record() {
+  local command="./bench.sh --only $part"
+  [ "$part" != methods ] || command+=' DIR'
+  [ -z "$data" ] || command+=' --data DIR'
+  build/release/bin/docs_figures record "$part" --command "$command" --machine "$machine" --of "$version" --seconds "$1" <"$printed/$part.md"
+}
+
+failed=() all_seconds=0 left_out=0
 for part in "${only[@]}"; do
   arguments=()
   case $part in
@@ -98,18 +108,25 @@ for part in "${only[@]}"; do
     walk) arguments=("${of_walk[@]}") ;;
     methods) arguments=("$methods" "${width[@]}") ;;
   esac
+  # What programs with changes print may differ from one run to the next.
+  if [ -n "$go_on" ] && [[ $version != *-changed* ]] && [ "$(head -n 4 "$printed/$part.by" 2>/dev/null)" = "$(printed_by)" ]; then
+    seconds=$(tail -n 1 "$printed/$part.by")
+    cat "$printed/$part.md"
+    say "$part: nothing to do: it was printed in $seconds s"
+    [ -z "$update" ] || record "$seconds"
+    all_seconds=$((all_seconds + seconds)) left_out=$((left_out + 1))
+    continue
+  fi
   say "$part: $(title "$part")"
+  rm -f "$printed/$part.by"
   begin=$(date +%s)
   if "scripts/bench/$part.sh" "${arguments[@]}" | tee "$printed/$part.part"; then
     seconds=$(($(date +%s) - begin))
     mv "$printed/$part.part" "$printed/$part.md"
+    { printed_by; printf '%s\n' "$seconds"; } >"$printed/$part.by"
+    all_seconds=$((all_seconds + seconds))
     say "$part: $seconds s"
-    if [ -n "$update" ]; then
-      command="./bench.sh --only $part"
-      [ "$part" != methods ] || command+=' DIR'
-      [ -z "$data" ] || command+=' --data DIR'
-      build/release/bin/docs_figures record "$part" --command "$command" --machine "$machine" --of "$version" --seconds "$seconds" <"$printed/$part.md"
-    fi
+    [ -z "$update" ] || record "$seconds"
   else
     failed+=("$part")
     say "$part failed"
@@ -119,4 +136,5 @@ if [ -n "$update" ] && [ ${#failed[@]} -lt ${#only[@]} ]; then
   say "pages that changed:"
   build/release/bin/docs_figures update >&2
 fi
+say "${#only[@]} parts took $all_seconds s together, $left_out of them in runs before"
 [ ${#failed[@]} -eq 0 ] || die "failed: ${failed[*]}" 1
