@@ -13,8 +13,9 @@
 #   ./bench.sh --continue         leaves out parts that these same programs have printed: an interrupted bench goes on
 #   captures takes --views N (photos rendered at their own cameras) and --capture NAME; walk takes --photos N,N
 #
-# Scenes are kept in build/bench: a second run measures again without finding the cameras again (delete it to begin anew). What a part printed is in
-# build/bench/printed. Milliseconds want a machine without other work. Exit code 1: a part failed, and the others were run.
+# Scenes are kept in build/bench: a second run measures again without finding the cameras again (delete it to begin anew).
+# What a part printed is in build/bench/printed. Milliseconds want a machine without other work. Exit code 1: a part
+# failed, and the others were run.
 set -euo pipefail
 start_folder=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"

@@ -1,5 +1,5 @@
-// Parts of a mesh that are too small to be kept: each keeps four faces whatever is collapsed, and a dense mesh of fur
-// or leaves has thousands that float about and are a few pixels large in any photo.
+// Parts of a mesh that are too small to be kept. Decimation leaves each part four faces at least, and dense meshes of
+// fur or leaves have thousands of parts that float about and are a few pixels large in any photo.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace lumi {
 
-// A part whose handles and borders let it keep so many faces has little of its shape left with fewer than this times as
-// many.
+// A surface with the least number of faces that its handles allow (mesh_topology.h, least_faces) has nothing of its
+// shape left: it is given so many times as many.
 inline constexpr std::size_t kFacesPerLeast = 4;
 
 // Removes parts of a 2-manifold, those first that the photos show smallest, until what is left can keep its shape with
