@@ -93,7 +93,12 @@ version=$(build/release/bin/docs_figures --version | cut -d' ' -f2-)
 printf 'Built with %s.\n' "$machine"
 
 # What printed a part, beside what it printed: programs of this version, on this machine, on these captures.
-printed_by() { printf '%s\n%s\n%s\n%s\n' "$version" "$machine" "$data" "${arguments[*]}"; }
+printed_by() { printf '%s\n%s\n%s\n%s\n' "$version" "$machine" "$data" "${arguments[*]} $update"; }
+# Seconds that it took; fails where other programs printed it. What programs with changes print may differ from one run to the next.
+printed_before() {
+  [[ $version != *-changed* && $version != *'no git'* ]] && [ -f "$printed/$part.md" ] && [ -f "$printed/$part.by" ] || return 1
+  [ "$(head -n 4 "$printed/$part.by")" = "$(printed_by)" ] && sed -n '5{/^[0-9]\+$/!q1;p}' "$printed/$part.by"
+}
 record() {
   local command="./bench.sh --only $part"
   [ "$part" != methods ] || command+=' DIR'
@@ -109,9 +114,7 @@ for part in "${only[@]}"; do
     walk) arguments=("${of_walk[@]}") ;;
     methods) arguments=("$methods" "${width[@]}") ;;
   esac
-  # What programs with changes print may differ from one run to the next.
-  if [ -n "$go_on" ] && [[ $version != *-changed* ]] && [ "$(head -n 4 "$printed/$part.by" 2>/dev/null)" = "$(printed_by)" ]; then
-    seconds=$(tail -n 1 "$printed/$part.by")
+  if [ -n "$go_on" ] && seconds=$(printed_before) && [ -n "$seconds" ]; then
     cat "$printed/$part.md"
     say "$part: nothing to do: it was printed in $seconds s"
     [ -z "$update" ] || record "$seconds"
@@ -137,5 +140,5 @@ if [ -n "$update" ] && [ ${#failed[@]} -lt ${#only[@]} ]; then
   say "pages that changed:"
   build/release/bin/docs_figures update >&2
 fi
-say "${#only[@]} parts took $all_seconds s together, $left_out of them in runs before"
+say "$((${#only[@]} - ${#failed[@]})) parts took $all_seconds s together, $left_out of them in runs before"
 [ ${#failed[@]} -eq 0 ] || die "failed: ${failed[*]}" 1

@@ -141,9 +141,11 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   const double max_bytes = o.max_mb * 1e6;
   const double proxy_bytes = static_cast<double>(mesh.bytes.size()) * bytes_a_byte;
   if (proxy_bytes > kMostOfProxy * max_bytes)
-    throw DataError(fmt::format("the proxy {} has {} faces, which take {:.1f} of the {:.1f} MB", summary.proxy,
-                                summary.faces, proxy_bytes / 1e6, o.max_mb),
-                    "simplify it (lumi-proxy simplify SCENE --faces 20000 --in-pixels), or give more with --max-mb");
+    throw DataError(
+        fmt::format("the proxy {} has {} faces, which take {:.1f} of the {:.1f} MB", summary.proxy, summary.faces,
+                    proxy_bytes / 1e6, o.max_mb),
+        fmt::format("simplify it (lumi-proxy simplify SCENE --faces 20000{} --activate), or give more with --max-mb",
+                    summary.proxy.starts_with("hull") ? "" : " --in-pixels"));
   if (rest >= max_bytes)
     throw DataError(fmt::format("a page without photos takes {:.1f} MB of the {:.1f}", rest / 1e6, o.max_mb),
                     "give more with --max-mb");

@@ -279,7 +279,8 @@ void AddHulls(Program& program, Requests& r) {
   simplify.Flag("--keep-hull", r.simplify_request.keep_hull,
                 "Every silhouette of it covers that of the former, which must be closed");
   simplify.Flag("--in-pixels", r.simplify_request.in_pixels,
-                "Distances and areas count as the photos show them: more faces for what is near, few for the backdrop");
+                "Distances and areas count as the photos show them: more faces for what is near, few for the backdrop. "
+                "Where separate parts need too many faces, the smallest go");
   simplify.Add("--silhouettes", r.simplify_request.silhouettes,
                "Folder of silhouettes to measure it against; default: those that its source was made from, else "
                "SCENE/silhouettes");

@@ -214,32 +214,31 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   if (request.in_pixels) options["small_parts"] = "may go";
   std::optional<SimplifyFigures> figures;
   Made<SimplifyFigures> made{
-      MakeProxy(named, "simplify", std::move(options),
-                {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}},
-                progress,
-                [&](const Scene& scene) -> BuiltProxy {
-                  SimplifiedMesh simple = std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method,
-                                                             progress, MakeProxyViews(scene))
-                                                        .front());
-                  const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
-                  figures = SimplifyFigures{from,
-                                            Name(method),
-                                            request.faces,
-                                            before.faces.size(),
-                                            simple.reached,
-                                            simple.wrapped,
-                                            simple.removed_parts,
-                                            simple.seconds,
-                                            Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
-                  if (!simple.reached)
-                    progress.Message(fmt::format("warning: {} faces are left, so many do its holes keep",
-                                                 simple.mesh.faces.size()));
-                  if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
-                    progress.Message(
-                        fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
-                                    missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
-                  return {std::move(simple.mesh), *figures};
-                }),
+      MakeProxy(
+          named, "simplify", std::move(options),
+          {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
+          [&](const Scene& scene) -> BuiltProxy {
+            SimplifiedMesh simple = std::move(
+                Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress, MakeProxyViews(scene))
+                    .front());
+            const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
+            figures = SimplifyFigures{from,
+                                      Name(method),
+                                      request.faces,
+                                      before.faces.size(),
+                                      simple.reached,
+                                      simple.wrapped,
+                                      simple.removed_parts,
+                                      simple.seconds,
+                                      Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
+            if (!simple.reached)
+              progress.Message(FacesLeft(simple.mesh.faces.size(), static_cast<std::size_t>(request.faces), method));
+            if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
+              progress.Message(
+                  fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
+                              missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
+            return {std::move(simple.mesh), *figures};
+          }),
       figures};
   if (named.output.empty()) TakeFigures(opened.folder, made);
   return made;

@@ -43,7 +43,8 @@ std::string Details(const DelaunaySummary& s) {
 
 static std::string DescribeRemovedParts(std::size_t removed) {
   if (removed == 0) return "";
-  return fmt::format("\nwithout {} parts that no photo shows large, which would have taken most of the faces", removed);
+  return fmt::format(
+      "\n{} of its parts, the smallest in the photos, are gone: too many faces would have gone into them", removed);
 }
 
 static void ListKeys(JsonKeys& j, StereoSummary& s) {
@@ -53,7 +54,8 @@ static void ListKeys(JsonKeys& j, StereoSummary& s) {
 void ListKeys(JsonKeys& j, DenseSummary& s) {
   j("depth", s.stereo, "fused_points", s.fused_points, "fusion_seconds", s.fusion_s);
   ListKeys(j, s.mesh);
-  j("faces_before", s.faces_before, "removed_parts", s.removed_parts, "simplify_seconds", s.simplify_s);
+  j("faces_before", s.faces_before, "reached", s.reached, "removed_parts", s.removed_parts, "simplify_seconds",
+    s.simplify_s);
 }
 std::string Details(const DenseSummary& s) {
   std::string out = fmt::format(
@@ -238,7 +240,7 @@ std::string Describe(const Made<SimplifyFigures>& s) {
       fmt::format("{}: {} faces of {}'s {}, {}, {:.2f} s{}\n{}", s.file.string(), s.faces, f.from, f.faces_before,
                   f.method, s.seconds, s.reused ? " (nothing had changed)" : "", f.fit.soundness);
   if (f.fit.intersects_itself) out += ", runs through itself";
-  if (f.wrapped) out += "; of a wrap, which closes narrow gaps: its own holes would take most of the faces";
+  if (f.wrapped) out += "; of a wrap, which closes narrow gaps";
   if (f.fit.volume_ratio) out += fmt::format("; volume {:.4f} of what it was", *f.fit.volume_ratio);
   out +=
       fmt::format("\ndistance {:.2f} px in the mean, {:.1f} px at most", f.fit.mean_distance_px, f.fit.max_distance_px);

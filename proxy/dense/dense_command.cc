@@ -106,6 +106,8 @@ Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
       std::move(Simplify(mesh, {wanted}, SimplifyMethod::kInPixels, progress, MakeProxyViews(scene)).front());
   summary.simplify_s = simple.seconds;
   summary.removed_parts = simple.removed_parts;
+  summary.reached = simple.reached;
+  if (!simple.reached) progress.Message(FacesLeft(simple.mesh.faces.size(), wanted, SimplifyMethod::kInPixels));
   return std::move(simple.mesh);
 }
 

@@ -27,7 +27,8 @@ struct DenseSummary {
   double fusion_s = 0;
   DelaunaySummary mesh;
   std::size_t faces_before = 0;   // it was simplified
-  std::size_t removed_parts = 0;  // for that (proxy/simplify/small_parts.h)
+  bool reached = true;            // false: its parts and holes need more faces than wanted
+  std::size_t removed_parts = 0;  // so that it needs no more (proxy/simplify/small_parts.h)
   double simplify_s = 0;
 };
 

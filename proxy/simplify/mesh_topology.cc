@@ -188,7 +188,7 @@ LabelledParts LabelParts(const Mesh& mesh) {
   }
   for (const Size& size : sizes) {
     if (size.borders > 0) {
-      labelled.parts.push_back({.closed = false, .handles = 0, .least_faces = 1});
+      labelled.parts.push_back({.closed = false, .faces = size.faces, .handles = 0, .least_faces = 1});
       continue;
     }
     // Euler: vertices - edges + faces = 2 - 2 handles, with 3/2 edges a face.
@@ -197,8 +197,10 @@ LabelledParts LabelParts(const Mesh& mesh) {
     // Heawood: so few vertices that every two of them share an edge.
     const auto least_vertices =
         static_cast<std::size_t>(std::ceil((7 + std::sqrt(1 + 48.0 * static_cast<double>(handles))) / 2 - 1e-9));
-    labelled.parts.push_back(
-        {.closed = true, .handles = handles, .least_faces = 2 * (least_vertices + 2 * handles - 2)});
+    labelled.parts.push_back({.closed = true,
+                              .faces = size.faces,
+                              .handles = handles,
+                              .least_faces = 2 * (least_vertices + 2 * handles - 2)});
   }
   return labelled;
 }

@@ -45,6 +45,7 @@ MeshParts CountParts(const Mesh& mesh);
 
 struct MeshPart {
   bool closed = true;
+  std::size_t faces = 0;
   std::size_t handles = 0;      // of a closed one
   std::size_t least_faces = 0;  // as above
 };

@@ -107,39 +107,43 @@ std::vector<SimplifiedMesh> Nearest(const Source& source, const std::vector<std:
   return results;
 }
 
-// The same as the photos show it. Nothing is wrapped: the gaps of a wrap follow from the size of the whole, and to its
-// surroundings a scene's objects are small. What floats about and is hardly seen goes instead, and what is left gets
-// more faces than wanted where it would lose its shape.
+// The same as the photos show it. Nothing is wrapped: the gaps of a wrap follow from the size of the whole, and beside
+// its surroundings a scene's objects are small. What floats about and is hardly seen goes instead, and what is left
+// gets more faces than wanted where holes through it would take its shape.
 std::vector<SimplifiedMesh> NearestInPixels(const Source& source, const std::vector<std::size_t>& faces,
                                             ProgressSink& progress, const std::vector<ProxyView>& views) {
+  if (source.IsClosed())
+    for (const std::size_t n : faces) RequireInside(n);
   const std::vector<double> scale = PixelScale(source.mesh, views);
-  std::map<std::size_t, std::vector<std::size_t>> groups;  // by how many parts were removed
-  std::map<std::size_t, Mesh> without;
+  // Parts go in the same order for any number of faces: by how many of them went, the meshes to start from.
+  struct Run {
+    Mesh mesh;
+    std::vector<std::size_t> members, wanted;
+  };
+  std::map<std::size_t, Run> runs;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     Mesh mesh = source.mesh;
-    const std::size_t removed = RemoveSmallParts(mesh, faces[i], scale);
-    groups[removed].push_back(i);
-    if (removed > 0) without.try_emplace(removed, std::move(mesh));
+    const SmallParts small = RemoveSmallParts(mesh, faces[i], scale);
+    Run& run = runs[small.removed];
+    if (run.members.empty()) run.mesh = std::move(mesh);
+    run.members.push_back(i);
+    run.wanted.push_back(std::max(faces[i], small.least));
   }
   std::vector<SimplifiedMesh> results(faces.size());
   const double checked = SecondsSince(source.start);
-  for (const auto& [removed, members] : groups) {
+  for (const auto& [removed, run] : runs) {
     const auto run_start = std::chrono::steady_clock::now();
-    const Mesh& mesh = removed > 0 ? without.at(removed) : source.mesh;
-    const MeshParts parts = removed > 0 ? CountParts(mesh) : source.parts;
-    std::vector<std::size_t> wanted;
-    for (const std::size_t i : members) {
-      if (source.IsClosed()) RequireInside(faces[i]);
-      wanted.push_back(std::max(faces[i], kFacesPerLeast * parts.least_faces));
+    const std::vector<double> scale_here = removed > 0 ? PixelScale(run.mesh, views) : scale;
+    const double before = checked + SecondsSince(run_start);
+    std::vector<DecimatedMesh> made = Decimate(run.mesh, run.wanted, progress, scale_here);
+    for (std::size_t k = 0; k < run.members.size(); ++k) {
+      const std::size_t n = made[k].mesh.faces.size();
+      results[run.members[k]] = {.mesh = std::move(made[k].mesh),
+                                 .seconds = before + made[k].seconds,
+                                 .reached = n <= faces[run.members[k]],
+                                 .wrapped = false,
+                                 .removed_parts = removed};
     }
-    const double before = SecondsSince(run_start);
-    std::vector<DecimatedMesh> made = Decimate(mesh, wanted, progress, removed > 0 ? PixelScale(mesh, views) : scale);
-    for (std::size_t k = 0; k < members.size(); ++k)
-      results[members[k]] = {.mesh = std::move(made[k].mesh),
-                             .seconds = checked + before + made[k].seconds,
-                             .reached = made[k].reached && wanted[k] == faces[members[k]],
-                             .wrapped = false,
-                             .removed_parts = removed};
   }
   return results;
 }
@@ -198,6 +202,12 @@ std::string Name(SimplifyMethod method) {
     case SimplifyMethod::kKeepHull: return "keep-hull";
   }
   return "";
+}
+
+std::string FacesLeft(std::size_t faces, std::size_t wanted, SimplifyMethod method) {
+  return fmt::format("warning: {} faces are left instead of {}: {}", faces, wanted,
+                     method == SimplifyMethod::kInPixels ? "with fewer its parts and holes would lose their shape"
+                                                         : "no edge may be collapsed any more");
 }
 
 std::vector<SimplifiedMesh> Simplify(const Mesh& input, const std::vector<std::size_t>& faces, SimplifyMethod method,

@@ -23,12 +23,15 @@ std::string Name(SimplifyMethod method);
 struct SimplifiedMesh {
   Mesh mesh;
   double seconds = 0;
-  bool reached = true;   // false: there are more faces than wanted. No edge is left that may go, or with kInPixels the
-                         // holes through it want them (small_parts.h, kFacesPerLeast)
+  bool reached = true;   // false: there are more faces than wanted. No edge is left that may go, or with kInPixels its
+                         // parts and holes need them (small_parts.h)
   bool wrapped = false;  // of a wrap of the mesh (tight_wrap.h): with kQuadric large meshes full of handles, and with
                          // kKeepHull those that lose most of their faces
   std::size_t removed_parts = 0;  // with kInPixels (small_parts.h)
 };
+
+// What to tell the user of a mesh that has more faces than wanted (`reached`).
+std::string FacesLeft(std::size_t faces, std::size_t wanted, SimplifyMethod method);
 
 // One for each of `faces`, in the same order, from runs that they share: `seconds` are from the start of a run.
 // Vertices at one place are merged where that closes gaps. Throws UsageError for fewer faces than 1, and than 4 of a

@@ -9,7 +9,7 @@
 namespace lumi {
 namespace {
 
-// Of a face's even share of the surface in the photos: what the smallest closed surface there is, four faces, is worth.
+// Of the mean face's area in the photos: the smallest closed surface there is has four faces.
 constexpr double kLeastSize = 4;
 
 std::size_t Slot(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -36,14 +36,20 @@ void KeepParts(Mesh& mesh, const std::vector<std::int32_t>& part_of_face, const 
 
 }  // namespace
 
-std::size_t RemoveSmallParts(Mesh& mesh, std::size_t faces, const std::vector<double>& scale) {
+SmallParts RemoveSmallParts(Mesh& mesh, std::size_t faces, const std::vector<double>& scale) {
   const LabelledParts labelled = LabelParts(mesh);
-  const std::size_t count = labelled.parts.size();
-  std::size_t least = 0;
-  for (const MeshPart& part : labelled.parts) least += part.least_faces;
-  if (kFacesPerLeast * least <= faces) return 0;
+  const std::vector<MeshPart>& parts = labelled.parts;
+  std::size_t needed = 0;
+  SmallParts result;
+  const auto shape = [](const MeshPart& part) { return std::min(part.faces, kFacesPerLeast * part.least_faces); };
+  const auto least = [&](const MeshPart& part) { return part.handles > 0 ? shape(part) : part.least_faces; };
+  for (const MeshPart& part : parts) {
+    needed += shape(part);
+    result.least += least(part);
+  }
+  if (needed <= faces) return result;
 
-  std::vector<double> area_px2(count, 0);
+  std::vector<double> area_px2(parts.size(), 0);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const Eigen::Vector3d& a = mesh.vertices[Slot(mesh.faces[f][0])];
     const double area =
@@ -51,20 +57,20 @@ std::size_t RemoveSmallParts(Mesh& mesh, std::size_t faces, const std::vector<do
     area_px2[Slot(labelled.of_face[f])] += scale[f] * scale[f] * area / 2;
   }
   const double px2_a_face = std::accumulate(area_px2.begin(), area_px2.end(), 0.0) / static_cast<double>(faces);
-  std::vector<std::size_t> order(count);
+  std::vector<std::size_t> order(parts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return area_px2[i]; });
-  std::vector<bool> keep(count, true);
-  std::size_t removed = 0;
+  std::vector<bool> keep(parts.size(), true);
   for (const std::size_t i : order) {
     const bool large = i == order.back() || area_px2[i] >= kLeastSize * px2_a_face;
-    if (large || kFacesPerLeast * least <= faces) break;
+    if (large || needed <= faces) break;
     keep[i] = false;
-    least -= labelled.parts[i].least_faces;
-    ++removed;
+    needed -= shape(parts[i]);
+    result.least -= least(parts[i]);
+    ++result.removed;
   }
-  if (removed > 0) KeepParts(mesh, labelled.of_face, keep);
-  return removed;
+  if (result.removed > 0) KeepParts(mesh, labelled.of_face, keep);
+  return result;
 }
 
 }  // namespace lumi

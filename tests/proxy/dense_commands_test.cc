@@ -78,6 +78,8 @@ TEST_F(DenseProgram, MakesAClosedMeshOnTheSurfacesAndOneForAnEvaluation) {
   EXPECT_EQ(made["faces_before"], 0);
   const json few = Done(Dense({"--faces", "2000", "--name", "few"}));
   EXPECT_EQ(few["faces"], 2000);
+  EXPECT_EQ(few["reached"], true);
+  EXPECT_TRUE(few["removed_parts"].is_number());
   EXPECT_EQ(few["faces_before"], made["faces"]);
   EXPECT_EQ(few["closed"], true);
   EXPECT_GT(ShareOnSurfaces("few"), 0.75);  // flat surfaces keep few vertices, the edges between them keep theirs

@@ -91,6 +91,13 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   EXPECT_EQ(coarse["name"], "hull-30");
   EXPECT_FALSE(coarse["views_missed"].empty());  // and it is said
   EXPECT_THAT(Describe(simplified), HasSubstr("not covered"));
+  request.in_pixels = true;
+  request.faces = 60;
+  const json in_pixels = AsJson(RunSimplify(request, {scene, "", {}, false}, SilentProgress()));
+  EXPECT_EQ(in_pixels["method"], "in-pixels");
+  EXPECT_EQ(in_pixels["faces"], 60);
+  EXPECT_EQ(in_pixels["removed_parts"], 0);
+  EXPECT_EQ(in_pixels["wrapped"], false);
   request.from = "nothing";
   EXPECT_THROW(RunSimplify(request, {scene, "", {}, false}, SilentProgress()), UsageError);
   request.from = "hull";

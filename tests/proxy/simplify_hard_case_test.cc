@@ -131,9 +131,11 @@ TEST(SimplifyHardCase, PartsThatTouchInAVertexStayTwoParts) {
 
 TEST(SimplifyHardCase, NothingToDoChangesNothing) {
   const Mesh ball = BallMesh(6);
-  for (const SimplifyMethod method : kBothWays) {
+  for (const SimplifyMethod method : {SimplifyMethod::kQuadric, SimplifyMethod::kInPixels, SimplifyMethod::kKeepHull}) {
+    EXPECT_TRUE(Reduced(SubdividedCube(1), 12, method).reached);
     const SimplifiedMesh same = Reduced(ball, ball.faces.size() + 100, method);
     EXPECT_TRUE(same.reached);
+    EXPECT_EQ(same.removed_parts, 0u);
     EXPECT_EQ(same.mesh.faces.size(), ball.faces.size());
     EXPECT_NEAR(EnclosedVolume(same.mesh), EnclosedVolume(ball), 1e-15);
   }
@@ -148,6 +150,7 @@ TEST(SimplifyHardCase, TooFewFacesAreNamed) {
     EXPECT_THAT(WhatIsRefused([&] { Reduced(ball, 3, method); }), HasSubstr("enclose nothing"));
     EXPECT_THAT(WhatIsRefused([&] { Reduced(ball, 0, method); }), HasSubstr("at least 1"));
     EXPECT_THAT(WhatIsRefused([&] { Reduced(ring, 12, method); }), HasSubstr("need 14"));
+    EXPECT_THAT(WhatIsRefused([&] { Reduced(ball, 3, SimplifyMethod::kInPixels); }), HasSubstr("enclose nothing"));
     EXPECT_THAT(WhatIsRefused([&] { Reduced(two, 6, method); }), HasSubstr("2 parts"));
     // The least that there is: a tetrahedron each, as far as the shapes let it.
     EXPECT_LE(Reduced(ball, 4, method).mesh.faces.size(), 12u) << Name(method);

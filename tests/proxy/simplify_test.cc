@@ -257,12 +257,13 @@ Mesh Moved(const Mesh& mesh, double scale, const Eigen::Vector3d& to) {
   return MappedVertices(mesh, [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(scale * x + to); });
 }
 
-// Specks whose faces, four each, would be 8000 of those that a mesh has, around whatever else is there.
-void AddSpecks(Mesh& mesh, double size) {
+// Specks of twelve faces each, which float in front of what lies behind them.
+constexpr std::size_t kSpecks = 2000, kSpeckFaces = 12;
+void AddSpecks(Mesh& mesh) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> in(-1, 1);
-  for (int i = 0; i < 2000; ++i)
-    Append(mesh, Moved(SubdividedCube(1), size, {3 * in(random), 3 * in(random), 8 + in(random)}));
+  for (std::size_t i = 0; i < kSpecks; ++i)
+    Append(mesh, Moved(SubdividedCube(1), 0.01, {3 * in(random), 3 * in(random), 8 + in(random)}));
 }
 
 // Of vertices near the ball: how far they are off its surface at most, in radii.
@@ -278,37 +279,40 @@ double FarthestOffBall(const Mesh& mesh, const Eigen::Vector3d& middle, double r
   return near > 20 ? farthest : std::numeric_limits<double>::infinity();
 }
 
-// A wrap of all this would have gaps of a hundredth of the room, which is the ball's size.
+// A room, seen from within, and a ball of a hundredth of its size in it: a wrap of all this would have gaps as large.
 TEST(InPixels, SpecksGoWhereTheyWouldTakeTheFacesOfWhatIsInFrontOfTheSurroundings) {
   const Eigen::Vector3d middle(0, 0, 4);
-  Mesh mesh = Moved(SubdividedCube(40), -100, Eigen::Vector3d::Constant(50));  // seen from within
+  Mesh mesh = Moved(SubdividedCube(40), -100, Eigen::Vector3d::Constant(50));
   Append(mesh, Moved(BallMesh(20), 0.5, middle));
-  const std::size_t without_specks = mesh.faces.size();
-  AddSpecks(mesh, 0.01);
+  AddSpecks(mesh);
   ASSERT_GE(mesh.faces.size(), 20000u);  // as large as what is wrapped otherwise
-  for (const std::size_t faces : {4000, 9000}) {
-    const SimplifiedMesh simple =
-        Simplify(mesh, {faces}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front();
+  const std::vector<ProxyView> views = {CameraAtOrigin()};
+  const std::vector<std::size_t> wanted = {33000, 4000, 9000, 4000};
+  const std::vector<SimplifiedMesh> together =
+      Simplify(mesh, wanted, SimplifyMethod::kInPixels, SilentProgress(), views);
+  ASSERT_EQ(together.size(), wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const SimplifiedMesh& simple = together[i];
     EXPECT_TRUE(simple.reached);
     EXPECT_FALSE(simple.wrapped);
-    EXPECT_LE(simple.mesh.faces.size(), faces);
-    EXPECT_EQ(CountParts(simple.mesh).parts, 2002 - simple.removed_parts);
-    // As many as need be: what is left may keep its shape.
-    EXPECT_LE(kFacesPerLeast * CountParts(simple.mesh).least_faces, faces);
-    EXPECT_GT(kFacesPerLeast * (CountParts(simple.mesh).least_faces + 4), faces);
-    EXPECT_LT(FarthestOffBall(simple.mesh, middle, 0.5), 0.02) << faces;
+    EXPECT_LE(simple.mesh.faces.size(), wanted[i]);
+    const std::size_t specks = CountParts(simple.mesh).parts - 2;
+    EXPECT_EQ(specks, kSpecks - simple.removed_parts);
+    EXPECT_LT(FarthestOffBall(simple.mesh, middle, 0.5), 0.02) << wanted[i];
+    // Room and ball may have four times four faces each. No more specks go than have to.
+    const std::size_t shape = 2 * 4 * kFacesPerLeast;
+    EXPECT_LE(specks * kSpeckFaces + shape, wanted[i]);
+    EXPECT_TRUE(specks == kSpecks || (specks + 1) * kSpeckFaces + shape > wanted[i]) << specks;
   }
-  // Where there are faces enough nothing goes.
-  EXPECT_GT(without_specks, 14000u);
-  const SimplifiedMesh all =
-      Simplify(mesh, {33000}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front();
-  EXPECT_EQ(all.removed_parts, 0u);
-  EXPECT_EQ(CountParts(all.mesh).parts, 2002u);
+  EXPECT_EQ(together[0].removed_parts, 0u);
+  EXPECT_EQ(together[1].mesh.faces, together[3].mesh.faces);
+  EXPECT_EQ(together[2].mesh.faces,
+            Simplify(mesh, {9000}, SimplifyMethod::kInPixels, SilentProgress(), views).front().mesh.faces);
 }
 
 TEST(SmallParts, GoByWhatPhotosShowOfThemAndTheLargestStays) {
   Mesh mesh;
-  for (const double depth : {1.0, 4.0, 2.0, 8.0, 16.0}) Append(mesh, Moved(SubdividedCube(2), 0.1, {0, 0, depth}));
+  for (const double depth : {1.0, 4.0, 2.0, 8.0, 16.0}) Append(mesh, Moved(SubdividedCube(2), 0.125, {0, 0, depth}));
   const auto depths = [](const Mesh& m) {
     std::vector<int> found;
     for (std::size_t v = 0; v < m.vertices.size(); v += 26) found.push_back(static_cast<int>(m.vertices[v].z()));
@@ -316,8 +320,9 @@ TEST(SmallParts, GoByWhatPhotosShowOfThemAndTheLargestStays) {
   };
   const auto kept = [&](std::size_t faces, const std::vector<double>& scale) {
     Mesh rest = mesh;
-    const std::size_t removed = RemoveSmallParts(rest, faces, scale);
-    EXPECT_EQ(depths(rest).size(), 5 - removed);
+    const SmallParts small = RemoveSmallParts(rest, faces, scale);
+    EXPECT_EQ(depths(rest).size(), 5 - small.removed);
+    EXPECT_EQ(small.least, 4 * depths(rest).size());
     EXPECT_FALSE(Validate(rest));
     return depths(rest);
   };
@@ -329,7 +334,12 @@ TEST(SmallParts, GoByWhatPhotosShowOfThemAndTheLargestStays) {
   EXPECT_THAT(kept(24, scale), testing::ElementsAre(1, 2));
   EXPECT_THAT(kept(1, scale), testing::ElementsAre(1));
   // Equally large: those of lower number go first, and never all of them.
-  EXPECT_EQ(kept(1, std::vector<double>(mesh.faces.size(), 1)).size(), 1u);
+  EXPECT_THAT(kept(1, std::vector<double>(mesh.faces.size(), 1)), testing::ElementsAre(16));
+  // What has few faces needs no more than those.
+  mesh = {};
+  for (const double depth : {1.0, 2.0, 4.0}) Append(mesh, Moved(SubdividedCube(1), 0.125, {0, 0, depth}));
+  EXPECT_EQ(RemoveSmallParts(mesh, 36, PixelScale(mesh, {CameraAtOrigin()})).removed, 0u);
+  EXPECT_EQ(RemoveSmallParts(mesh, 35, PixelScale(mesh, {CameraAtOrigin()})).removed, 1u);
 }
 
 TEST(InPixels, HolesKeepTheFacesThatTheirShapeNeeds) {
@@ -339,6 +349,9 @@ TEST(InPixels, HolesKeepTheFacesThatTheirShapeNeeds) {
   EXPECT_FALSE(simple.reached);
   EXPECT_EQ(CountParts(simple.mesh).handles, 1u);
   EXPECT_EQ(simple.mesh.faces.size(), kFacesPerLeast * CountParts(ring).least_faces);
+  // Without holes it is as few as wanted.
+  const Mesh ball = Moved(BallMesh(6), 1, {0, 0, 5});
+  EXPECT_TRUE(Simplify(ball, {10}, SimplifyMethod::kInPixels, SilentProgress(), {CameraAtOrigin()}).front().reached);
 }
 
 TEST(TightWrap, EnclosesAndClosesTunnelsThatAreNarrow) {
