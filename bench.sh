@@ -94,7 +94,7 @@ printf 'Built with %s.\n' "$machine"
 
 # What printed a part, beside what it printed: programs of this version, on this machine, on these captures.
 printed_by() { printf '%s\n%s\n%s\n%s\n' "$version" "$machine" "$data" "${arguments[*]} $update"; }
-# Seconds that it took; fails where other programs printed it. What programs with changes print may differ from one run to the next.
+# The seconds that this part took; fails where it is not there, other programs printed it, or some with changes did.
 printed_before() {
   [[ $version != *-changed* && $version != *'no git'* ]] && [ -f "$printed/$part.md" ] && [ -f "$printed/$part.by" ] || return 1
   [ "$(head -n 4 "$printed/$part.by")" = "$(printed_by)" ] && sed -n '5{/^[0-9]\+$/!q1;p}' "$printed/$part.by"

@@ -126,7 +126,8 @@ TEST_F(MainJob, RendersHeldOutPhotosBetterThanTheNearestPhoto) {
 TEST_F(MainJob, LeavesAReportAVideoAndAContactSheet) {
   EXPECT_EQ(first_["scene"], ScenePath().string());
   const std::string html = ReadText(first_["report"].get<std::string>());
-  for (const char* part : {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view", "href=\"web.html\""})
+  for (const char* part :
+       {"12 of 12", "Held-out photos", "data:image/jpeg;base64", "<svg", "lumi-view", "href=\"web.html\""})
     EXPECT_THAT(html, HasSubstr(part));
   EXPECT_THAT(ReadText(first_["web"].get<std::string>()), HasSubstr("part-manifest"));
   const json report = json::parse(ReadText(ScenePath() / "report.json"));
@@ -183,6 +184,19 @@ TEST_F(MainJob, AnotherOptionRedoesOnlyWhatDependsOnIt) {
   // As the other tests expect it: without the renders of photos that are not held out then.
   fs::remove_all(ScenePath() / "holdout");
   RunDone(FromPhotos(ScenePath()));
+}
+
+TEST_F(MainJob, FewerFacesAreThoseThatPhotosShowLeastOf) {
+  const fs::path few = *capture_ / "few";
+  fs::copy(ScenePath(), few, fs::copy_options::recursive);
+  const json summary = RunDone(FromPhotos(few, {"--no-video", "--no-web", "--proxy", "delaunay", "--faces", "300"}));
+  EXPECT_TRUE(Reused(summary).at("reconstruct"));
+  const json simplified = StageSummary(summary, "simplify");
+  EXPECT_EQ(simplified["method"], "in-pixels") << "a scene's surroundings are most of its size";
+  EXPECT_EQ(simplified["from"], "delaunay");
+  EXPECT_GT(simplified["faces_before"].get<int>(), 300);
+  EXPECT_EQ(simplified["faces"], 300);
+  EXPECT_EQ(OpenScene(few, {}, SilentProgress()).active_proxy, "delaunay-300");
 }
 
 TEST_F(MainJob, ASceneIsGoneOnWithInPlace) {
