@@ -241,6 +241,7 @@ std::string Describe(const Made<SimplifyFigures>& s) {
                   f.method, s.seconds, s.reused ? " (nothing had changed)" : "", f.fit.soundness);
   if (f.fit.intersects_itself) out += ", runs through itself";
   if (f.wrapped) out += "; of a wrap, which closes narrow gaps";
+  if (f.wrapped && f.method == "quadric") out += " and loses what is small beside the whole (--in-pixels keeps it)";
   if (f.fit.volume_ratio) out += fmt::format("; volume {:.4f} of what it was", *f.fit.volume_ratio);
   out +=
       fmt::format("\ndistance {:.2f} px in the mean, {:.1f} px at most", f.fit.mean_distance_px, f.fit.max_distance_px);

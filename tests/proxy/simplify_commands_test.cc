@@ -86,11 +86,14 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
 
   request.keep_hull = false;
   request.faces = 30;
-  const Made<SimplifyFigures> simplified = RunSimplify(request, {scene, "", {}, false}, SilentProgress());
+  Made<SimplifyFigures> simplified = RunSimplify(request, {scene, "", {}, false}, SilentProgress());
   const json coarse = AsJson(simplified);
   EXPECT_EQ(coarse["name"], "hull-30");
   EXPECT_FALSE(coarse["views_missed"].empty());  // and it is said
   EXPECT_THAT(Describe(simplified), HasSubstr("not covered"));
+  EXPECT_THAT(Describe(simplified), testing::Not(HasSubstr("of a wrap")));
+  simplified.figures->wrapped = true;
+  EXPECT_THAT(Describe(simplified), HasSubstr("--in-pixels"));
   request.in_pixels = true;
   request.faces = 60;
   const json in_pixels = AsJson(RunSimplify(request, {scene, "", {}, false}, SilentProgress()));
