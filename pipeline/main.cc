@@ -150,11 +150,13 @@ int main(int argc, char** argv) {
   app.Add("--proxy", options.proxy, "How the proxy is made")
       .OneOf({"auto", "plane", "planes", "box", "delaunay", "dense", "moving", "hull"})
       .Default();
-  app.Add("--proxy-minutes", options.proxy_minutes,
-          "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: as long as the cameras took, or 15 "
-          "seconds a photo up to 20 minutes where that is longer");
+  app.Add(
+      "--proxy-minutes", options.proxy_minutes,
+      "With --proxy auto, for depth maps of all photos, >= 0; 0: none; default: their size follows from the photos' "
+      "number (lumi-proxy auto --help)");
   app.Add("--depth-width", options.depth_width_px,
-          "With --proxy auto: longer side of the depth maps in pixels, 64..8192, instead of what minutes allow");
+          "With --proxy auto: longer side of the depth maps in pixels, 64..8192, instead of what follows from the "
+          "photos or minutes");
   app.Add("--silhouette-rule", options.silhouette_rule,
           "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");

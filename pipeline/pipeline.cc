@@ -107,8 +107,6 @@ class Run {
   // Seconds for a second of film (960 pixels wide, on two cores, with the frames that it is compared with), and for a
   // page.
   static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
-  // What lumi-proxy auto may spend on depth maps where nobody says (proxy/auto_command.cc).
-  static constexpr double kDepthSecondsAPhoto = 15, kMostDepthSeconds = 20 * 60;
 
   void ChooseQuality() {
     const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
@@ -123,6 +121,7 @@ class Run {
                                     summary_.minutes->expected_camera_minutes, *options_.minutes));
     }
     options_ = WithQuality(options_, quality, given);
+    options_.depth_width_px.reset();  // it follows from the minutes that are left
   }
 
   // What will be done, and about how long it takes where nothing of it was done before.
@@ -139,11 +138,9 @@ class Run {
                           cameras);
     if (HasSilhouetteSource(options_)) stages.emplace_back("silhouettes", 0);
     const double depth = options_.proxy != "auto" ? 0
-                         : options_.proxy_minutes ? 60 * *options_.proxy_minutes
-                         : DepthWidth()           ? kDepthSecondsAPhoto * photos / options_.parts
-                         : options_.depth_seconds_a_photo
-                             ? *options_.depth_seconds_a_photo * photos
-                             : std::max(cameras, std::min(kMostDepthSeconds, kDepthSecondsAPhoto * photos));
+                         : options_.proxy_minutes
+                             ? 60 * *options_.proxy_minutes
+                             : ExpectedDepthSeconds(DepthWidth(), photos, threads) / options_.parts;
     if (DepthMapsInParts()) stages.emplace_back("depth-maps", 0);
     stages.emplace_back("proxy", depth);
     if (options_.faces > 0) stages.emplace_back("simplify", 0);
@@ -196,23 +193,10 @@ class Run {
         kept.asked, kept.took, most->computed_seconds / 60, most->name));
   }
 
-  // Photos that have a camera.
-  int PhotosPlaced() const {
-    for (const StageResult& s : stages_->results())
-      if (const auto cameras = s.summary.As<sibling::CamerasSummary>(); cameras.images_registered > 0)
-        return cameras.images_registered;
-    OpenOptions open;
-    open.check_photos = false;
-    open.undistort = false;
-    return static_cast<int>(OpenScene(summary_.scene, open, SilentProgress()).views.size());
-  }
-
   // What auto may spend on depth maps; no value: as it decides itself.
   std::optional<double> DepthMinutes() const {
-    if (options_.proxy_minutes) return options_.proxy_minutes;
-    if (!options_.depth_seconds_a_photo) return std::nullopt;
-    const double minutes = *options_.depth_seconds_a_photo * PhotosPlaced() / 60;
-    return options_.minutes ? std::min(minutes, DepthMinutesOf(*options_.minutes, MinutesLeft())) : minutes;
+    if (options_.proxy_minutes || !options_.minutes) return options_.proxy_minutes;
+    return DepthMinutesOf(*options_.minutes, MinutesLeft());
   }
 
   // The first of these names that was a stage.
@@ -339,13 +323,12 @@ class Run {
     stages_->Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
-  // The width of auto's depth maps; no value: it follows from their minutes. How long several machines take is not
-  // known, so that parts have a width.
+  // The width of auto's depth maps; no value: as auto takes it, or from their minutes. How long several machines take
+  // is not known, so that parts have a width.
   std::optional<int> DepthWidth() const {
     constexpr int kWidthOfParts = 640;
     if (options_.depth_width_px || options_.parts <= 1) return options_.depth_width_px;
-    const bool none = options_.proxy_minutes == 0.0 || options_.depth_seconds_a_photo == 0.0;
-    return none ? std::nullopt : std::optional(kWidthOfParts);
+    return options_.proxy_minutes == 0.0 ? std::nullopt : std::optional(kWidthOfParts);
   }
   bool DepthMapsInParts() const {
     if (options_.parts <= 1) return false;

@@ -20,9 +20,9 @@ const std::array<PipelineQuality, 5>& Qualities() {
   static const std::array<PipelineQuality, 5> all{{
       {"draft", "few features in small photos", {"--quality", "low"}, 0, 0.4, 0.0005},
       {"quick", "", {}, 0, 0.8, 0.0011},
-      {"standard", "", {}, 4, 0.8, 0.0011},
-      {"full", "", {}, 15, 0.8, 0.0011},
-      {"careful", "many features, COLMAP's own bounds", {"--quality", "high", "--mapper", "careful"}, 60, 1.3, 0.004},
+      {"standard", "", {}, 320, 0.8, 0.0011},
+      {"full", "", {}, {}, 0.8, 0.0011},
+      {"careful", "many features, COLMAP's own bounds", {"--quality", "high", "--mapper", "careful"}, 640, 1.3, 0.004},
   }};
   return all;
 }
@@ -50,7 +50,9 @@ std::vector<std::string> CameraDials(const PipelineOptions& options, const Pipel
   return dials;
 }
 
-bool DepthIsDialled(const PipelineOptions& options) { return options.proxy == "auto" && !options.proxy_minutes; }
+bool DepthIsDialled(const PipelineOptions& options) {
+  return options.proxy == "auto" && !options.proxy_minutes && !options.depth_width_px;
+}
 
 }  // namespace
 
@@ -72,7 +74,11 @@ PipelineOptions WithQuality(PipelineOptions options, const PipelineQuality& qual
     const std::vector<std::string> dials = CameraDials(options, quality);
     options.reconstruct_arguments.insert(options.reconstruct_arguments.end(), dials.begin(), dials.end());
   }
-  if (DepthIsDialled(options)) options.depth_seconds_a_photo = quality.depth_seconds_a_photo;
+  if (!DepthIsDialled(options)) return options;
+  if (quality.depth_width_px == 0)
+    options.proxy_minutes = 0;
+  else
+    options.depth_width_px = quality.depth_width_px;
   return options;
 }
 
@@ -80,12 +86,12 @@ std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool c
   std::vector<PipelineQuality> different;
   std::vector<PipelineOptions> settings;
   for (const PipelineQuality& quality : Qualities()) {
-    // What "careful" adds is in the cameras: depth maps are as large as they get in a fraction of its time.
+    // What "careful" adds is in the cameras: depth maps are as large by default, but for many photos.
     if (cameras_given && &quality == &Qualities().back()) continue;
     const PipelineOptions with = WithQuality(options, quality, cameras_given);
     if (std::ranges::any_of(settings, [&](const PipelineOptions& other) {
           return other.reconstruct_arguments == with.reconstruct_arguments &&
-                 other.depth_seconds_a_photo == with.depth_seconds_a_photo;
+                 other.proxy_minutes == with.proxy_minutes && other.depth_width_px == with.depth_width_px;
         }))
       continue;
     settings.push_back(with);
@@ -97,11 +103,10 @@ std::vector<PipelineQuality> QualitiesFor(const PipelineOptions& options, bool c
 std::string InWords(const PipelineQuality& quality, const PipelineOptions& options, bool cameras_given) {
   std::string words;
   if (!cameras_given && !CameraDials(options, quality).empty()) words = quality.cameras_in_words;
-  if (DepthIsDialled(options))
-    words +=
-        (words.empty() ? "" : ", ") + (quality.depth_seconds_a_photo > 0
-                                           ? fmt::format("depth maps in {:g} s a photo", quality.depth_seconds_a_photo)
-                                           : std::string("no depth maps"));
+  if (DepthIsDialled(options) && quality.depth_width_px)
+    words += (words.empty() ? "" : ", ") + (*quality.depth_width_px > 0
+                                                ? fmt::format("depth maps {} px wide", *quality.depth_width_px)
+                                                : std::string("no depth maps"));
   return words.empty() ? "as by default" : words;
 }
 
@@ -125,6 +130,18 @@ double ExpectedCameraSeconds(const PipelineQuality& quality, int photos, int thr
   const double n = photos;
   return (quality.camera_seconds_a_photo * n + quality.camera_seconds_a_square * n * n) * kMeasuredThreads /
          std::max(1, threads);
+}
+
+double ExpectedDepthSeconds(std::optional<int> width, int photos, int threads) {
+  // With their meshes, 640 pixels wide: 10 to 15 s a photo on two cores.
+  constexpr double kSecondsAPhoto = 15, kMeasuredWidth = 640, kMostSeconds = 20 * 60, kLeastWidth = 320;
+  constexpr int kMostPhotos = 1000;
+  const auto seconds = [&](double w) { return kSecondsAPhoto * photos * (w / kMeasuredWidth) * (w / kMeasuredWidth); };
+  const double all = width ? seconds(*width)
+                     : photos > kMostPhotos
+                         ? 0
+                         : std::max(seconds(kLeastWidth), std::min(kMostSeconds, seconds(kMeasuredWidth)));
+  return all * kMeasuredThreads / std::max(1, threads);
 }
 
 const PipelineQuality& QualityForMinutes(double minutes, int photos, int threads) {

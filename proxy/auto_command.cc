@@ -121,11 +121,7 @@ const Recipe* Find(const std::vector<Recipe>& recipes, const std::string& name) 
   return at == recipes.end() ? nullptr : &*at;
 }
 
-// The time for depth maps where nobody says: as long as the cameras took, but at least so long for each photo, the
-// latter up to a bound. On two cores, maps of 640 pixels with their meshes take 10 s a photo.
-constexpr double kDenseSecondsOfAPhoto = 15, kDenseMinutesByPhotos = 20;
-
-// Of what size depth maps can be made in the time there is, or why none are.
+// Of what size depth maps are made, or why none are.
 struct DensePlan {
   int width_px = 0;
   std::string refused;
@@ -133,26 +129,25 @@ struct DensePlan {
 // evaluated: share of the photos that the proxies know which are measured; 0: none are made beside those for use.
 DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evaluated) {
   if (options.depth_width_px) return {*options.depth_width_px, {}};
-  double minutes = options.proxy_minutes.value_or(0);
-  if (!options.proxy_minutes) {
-    const auto cameras = ReadProvenance(scene.folder, "reconstruct");
-    if (!cameras)
-      return {0, "it is not recorded how long the cameras took: --proxy-minutes says what depth maps may take"};
-    const double a_photo = kDenseSecondsOfAPhoto / 60 * static_cast<double>(scene.views.size());
-    minutes = std::max(cameras->seconds / 60, std::min(a_photo, kDenseMinutesByPhotos));
-  }
-  if (minutes == 0) return {0, "switched off by --proxy-minutes 0"};
-  double least = 0;
-  for (const int width : {640, 480, 320}) {
+  if (options.proxy_minutes == 0.0) return {0, "switched off by --proxy-minutes 0"};
+  const bool timed = options.proxy_minutes.has_value();
+  // Few of its photos show one moment.
+  if (!timed && scene.period_s)
+    return {0, "the scene repeats itself: --proxy-minutes or --depth-width asks for depth maps"};
+  if (const int usual = UsualStereoWidth(scene); !timed && usual > 0) return {usual, {}};
+  double minutes = 0;
+  for (const int width : timed ? std::vector<int>{640, 480, 320} : std::vector<int>{320}) {
     StereoOptions stereo;
     stereo.width = width;
     // Depth maps once: those of photos that are left out are added for use. Two meshes that are measured, one for use.
-    least = EstimateStereoSeconds(scene, stereo) +
-            (evaluated > 0 ? 1 + 2 * evaluated : 2) * EstimateMeshSeconds(scene, width);
-    if (least <= 60 * minutes) return {width, {}};
+    minutes = (EstimateStereoSeconds(scene, stereo) +
+               (evaluated > 0 ? 1 + 2 * evaluated : 2) * EstimateMeshSeconds(scene, width)) /
+              60;
+    if (timed && minutes <= *options.proxy_minutes) return {width, {}};
   }
-  return {0, fmt::format("depth maps 320 pixels wide would take about {:.1f} minutes, --proxy-minutes allows {:.1f}",
-                         least / 60, minutes)};
+  const std::string least = fmt::format("depth maps 320 pixels wide would take about {:.1f} minutes", minutes);
+  return {0, timed ? fmt::format("{}, --proxy-minutes allows {:.1f}", least, *options.proxy_minutes)
+                   : least + " of so many photos: --proxy-minutes or --depth-width asks for them"};
 }
 
 // A proxy of that name and kind made of the same cameras and points and, where it is made of these, photos, masks and
@@ -398,7 +393,7 @@ AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress) {
                        {"holdout", std::to_string(options.holdout)},
                        {"proxy_minutes", options.depth_width_px  ? fmt::format("{} px", *options.depth_width_px)
                                          : options.proxy_minutes ? fmt::format("{}", *options.proxy_minutes)
-                                                                 : "cameras"},
+                                                                 : "usual"},
                        {"candidates", fmt::format("{}", fmt::join(names, ","))}});
   wanted.inputs["images"] = Fingerprint(scene.image_folder);
   wanted.inputs["silhouettes"] = Fingerprint(scene.folder / "silhouettes");

@@ -189,8 +189,8 @@ struct AutoOptions {
   int holdout = 8;                  // every N-th photo is left out; the choice is made on N/2, N/2 + N ...
   std::optional<double> budget_ms;  // a frame of that width: the best within it; none: the best
   // For depth maps of all photos, once without those that it is chosen and reported on and once with all; their size
-  // follows from it. 0: none are made. Not given: as long as the cameras took, or 15 s a photo up to 20 minutes where
-  // that is longer; none where nobody recorded how the cameras were found.
+  // follows from it and from how fast this machine is. 0: none are made. Not given: from the photos' number alone, 640
+  // pixels wide up to 120 photos of 4:3, 480 up to 213, 320 up to 1,000, none of more.
   std::optional<double> proxy_minutes;
   std::optional<int> depth_width_px;  // of the depth maps, instead of what the minutes allow
   std::vector<std::string>

@@ -90,10 +90,11 @@ void AddAuto(Program& program, Requests& r) {
   automatic.Add("--budget-ms", r.choice.budget_ms,
                 "The best within so many milliseconds a frame of that width, > 0; default: the best");
   automatic.Add("--proxy-minutes", r.choice.proxy_minutes,
-                "For depth maps of all photos, whose size follows from it, >= 0; 0: none; default: as long as the "
-                "cameras took, or 15 seconds a photo up to 20 minutes where that is longer");
-  automatic.Add("--depth-width", r.choice.depth_width_px,
-                "Longer side of the depth maps in pixels, 64..8192, instead of what --proxy-minutes allows");
+                "For depth maps of all photos, whose size follows from it and the machine, >= 0; 0: none; default: "
+                "the size follows from the photos' number: 640 pixels up to 120, 480 up to 213, 320 up to 1,000");
+  automatic.Add(
+      "--depth-width", r.choice.depth_width_px,
+      "Longer side of the depth maps in pixels, 64..8192, instead of what follows from the photos or --proxy-minutes");
   AddPart(
       automatic, r.part,
       "Only part i of n (i from 0) of the depth maps that dense proxies are measured by; needs --depth-width, and a "

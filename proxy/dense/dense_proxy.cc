@@ -32,12 +32,7 @@ std::map<std::string, std::string> OptionValues(const DenseOptions& o) {
 
 double EstimateMeshSeconds(const Scene& scene, int width) {
   constexpr double kSecondsAPixel = 7e-6;  // of one core; about linear, from 0.3 to 7 million pixels
-  double pixels = 0;
-  for (const View& view : scene.views) {
-    const Eigen::Vector2i size = StereoSize(SizePx(scene, view), width);
-    pixels += static_cast<double>(size.x()) * size.y();
-  }
-  return kSecondsAPixel * pixels / ThreadCount();
+  return kSecondsAPixel * StereoPixels(scene, width) / ThreadCount();
 }
 
 Mesh BuildDenseProxy(const Scene& scene, const FusionInput& input, const DenseOptions& options, ProgressSink& progress,

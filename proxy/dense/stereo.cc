@@ -80,18 +80,29 @@ double SecondsAScore() {
 
 }  // namespace
 
+double StereoPixels(const Scene& scene, int width) {
+  double pixels = 0;
+  for (const View& view : scene.views) {
+    const Eigen::Vector2i size = StereoSize(SizePx(scene, view), width);
+    pixels += static_cast<double>(size.x()) * size.y();
+  }
+  return pixels;
+}
+
+int UsualStereoWidth(const Scene& scene) {
+  constexpr double kMostPixels = 120.0 * 640 * 480, kMostOfSmallest = 1000.0 * 320 * 240;
+  for (const int width : {640, 480})
+    if (StereoPixels(scene, width) <= kMostPixels) return width;
+  return StereoPixels(scene, 320) <= kMostOfSmallest ? 320 : 0;
+}
+
 double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {
   constexpr double kTriesAnIteration = 14;  // nine planes that are there and five that are varied
   constexpr double kBesidesScores = 1.6;    // neighbours, sources' weights, geometry: of the scores' time
-  double pixels = 0;
-  for (const View& view : scene.views) {
-    const Eigen::Vector2i size = StereoSize(SizePx(scene, view), options.width);
-    pixels += static_cast<double>(size.x()) * size.y();
-  }
   double scores = 0;
   for (const StereoRound& round : Rounds(options.iterations))
     scores += (1 + kTriesAnIteration * round.iterations) / (1 << (2 * round.halvings));
-  return kBesidesScores * SecondsAScore() * scores * options.views * pixels / ThreadCount();
+  return kBesidesScores * SecondsAScore() * scores * options.views * StereoPixels(scene, options.width) / ThreadCount();
 }
 
 StereoMaps::StereoMaps(const Scene& scene, const StereoOptions& options, const std::filesystem::path& folder,

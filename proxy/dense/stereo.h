@@ -48,6 +48,14 @@ struct StereoSummary {
   double seconds = 0;
 };
 
+// Pixels of all photos' maps together.
+double StereoPixels(const Scene& scene, int width);
+
+// The maps' longer side where nobody says how large they may be: 640 up to 120 photos of 640x480 (20 minutes on two
+// cores, with their meshes), 480 as long as all maps together have no more pixels than those, 320 up to 1,000 photos;
+// 0: there are more. Counted, not timed: a busy machine, or another one, makes the same of the same photos.
+int UsualStereoWidth(const Scene& scene);
+
 // Wall-clock seconds that StereoMaps will take on this machine with the threads there are: how long a score takes is
 // measured for some milliseconds, how many there are is known. Within a factor of two where nothing else runs.
 double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options);

@@ -36,7 +36,11 @@ TEST(Qualities, AProxyThatIsGivenIsNotTurned) {
   options.proxy = "auto";
   options.proxy_minutes = 3;
   EXPECT_THAT(NamesFor(options, false), ElementsAre("draft", "quick", "careful"));
-  EXPECT_FALSE(WithQuality(options, PipelineQualities().back(), false).depth_seconds_a_photo);
+  EXPECT_FALSE(WithQuality(options, PipelineQualities().back(), false).depth_width_px);
+  options.proxy_minutes.reset();
+  options.depth_width_px = 256;
+  EXPECT_THAT(NamesFor(options, false), ElementsAre("draft", "quick", "careful"));
+  EXPECT_EQ(WithQuality(options, PipelineQualities().front(), false).depth_width_px, 256);
 }
 
 TEST(Qualities, WhatTheUserSetStays) {

@@ -303,6 +303,32 @@ TEST_F(DenseProgram, AutoComparesItWithinItsMinutes) {
   EXPECT_EQ(choose("20")["reused"], true);
 }
 
+// How long the cameras took is recorded nowhere, and it does not matter.
+TEST_F(DenseProgram, AutoMakesItUnasked) {
+  const std::vector<std::string> choose{"lumi-proxy", "auto", path_.string(), "--choose-width", "128",
+                                        "--holdout",  "4",    "--candidates", "plane,dense",    "--json"};
+  const json chosen = Done(choose);
+  EXPECT_EQ(chosen["name"], "dense");
+  EXPECT_EQ(json::parse(ReadText(path_ / "provenance/proxy-dense.json"))["options"]["width"], "640");
+
+  // Of a scene that repeats itself few photos show one moment.
+  Scene scene = OpenScene(path_, {}, SilentProgress());
+  scene.period_s = 1;
+  double time_s = 0;
+  for (View& view : scene.views) view.time_s = time_s += 0.1;
+  const fs::path repeats = folder_ / "repeats";
+  fs::create_directories(repeats);
+  fs::copy(path_ / "images", repeats / "images", fs::copy_options::recursive);
+  scene.folder = repeats;
+  scene.image_folder = repeats / "images";
+  WriteScene(scene, repeats);
+  std::vector<std::string> again = choose;
+  again[2] = repeats.string();
+  const json refused = Done(again)["candidates"][1];
+  EXPECT_EQ(refused["name"], "dense");
+  EXPECT_THAT(refused["refused"].get<std::string>(), HasSubstr("--proxy-minutes or --depth-width asks for"));
+}
+
 TEST_F(DenseProgram, SaysWhatIsWrong) {
   for (const std::vector<std::string>& options :
        std::vector<std::vector<std::string>>{{"--width", "10"},

@@ -14,6 +14,25 @@
 namespace lumi::test {
 namespace {
 
+TEST(UsualStereoWidth, FollowsFromThePhotosAlone) {
+  const auto usual = [](std::size_t photos, Eigen::Vector2i size_px) {
+    Scene scene;
+    scene.frame = Frame::kProjective;
+    scene.views.resize(photos);
+    for (View& view : scene.views) view.size_px = size_px;
+    return UsualStereoWidth(scene);
+  };
+  EXPECT_EQ(usual(1, {4000, 3000}), 640);
+  EXPECT_EQ(usual(120, {4000, 3000}), 640);
+  EXPECT_EQ(usual(121, {4000, 3000}), 480);
+  EXPECT_EQ(usual(213, {3000, 4000}), 480);
+  EXPECT_EQ(usual(214, {3000, 4000}), 320);
+  EXPECT_EQ(usual(1000, {640, 480}), 320);
+  EXPECT_EQ(usual(1001, {640, 480}), 0);
+  EXPECT_EQ(usual(160, {1920, 1080}), 640) << "wide photos have fewer pixels";
+  EXPECT_EQ(usual(1500, {160, 120}), 640) << "no larger than the photos";
+}
+
 TEST(DepthStore, KeepsWhatWasFinishedAndForgetsOtherScenes) {
   const TemporaryFolder folder;
   DepthMap map(4, 3);
