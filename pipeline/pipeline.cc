@@ -112,7 +112,8 @@ class Run {
     const int threads = options_.threads > 0 ? options_.threads : ThreadCount();
     const bool given = CamerasAreGiven(options_);
     const int photos = given ? 0 : CountPhotos(options_.input);
-    const PipelineQuality& quality = QualityForMinutes(*options_.minutes, photos, threads);
+    PipelineQuality quality = QualityForMinutes(*options_.minutes, photos, threads);
+    if (quality.depth_width_px != 0) quality.depth_width_px.reset();  // it follows from the minutes that are left
     summary_.minutes = KeptMinutes{*options_.minutes, 0, quality.name, 0, {}, true};
     progress_.Message(fmt::format("quality {}: {}", quality.name, InWords(quality, options_, given)));
     if (photos > 0) {
@@ -121,7 +122,6 @@ class Run {
                                     summary_.minutes->expected_camera_minutes, *options_.minutes));
     }
     options_ = WithQuality(options_, quality, given);
-    options_.depth_width_px.reset();  // it follows from the minutes that are left
   }
 
   // What will be done, and about how long it takes where nothing of it was done before.

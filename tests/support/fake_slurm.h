@@ -37,13 +37,15 @@ for i in $([ -z "$last" ] && echo - || seq 0 $last); do
     cancelled) echo CANCELLED >"$FAKE/state-$name" ;;
     timeout) echo TIMEOUT >"$FAKE/state-$name" ;;
     mute) echo COMPLETED >"$FAKE/state-$name" ;;
-    wait) echo PENDING >"$FAKE/state-$name"
-      (while [ -d "$FAKE" ] && [ ! -e "$FAKE/go" ]; do sleep 0.05; done; [ -d "$FAKE" ] || exit
+    wait)
+      (echo PENDING >"$FAKE/state-$name"
+       while [ -d "$FAKE" ] && [ ! -e "$FAKE/go" ]; do sleep 0.05; done; [ -d "$FAKE" ] || exit
        echo RUNNING >"$FAKE/state-$name"
        run) >/dev/null 2>&1 & ;;
-    *) echo RUNNING >"$FAKE/state-$name"
-      (run) >/dev/null 2>&1 & ;;
+    *) (echo RUNNING >"$FAKE/state-$name"; run) >/dev/null 2>&1 & ;;
   esac
+  # A job has a state once it has let go of sbatch's output: whoever called sbatch ends what holds that any longer.
+  while [ "$word" != forgotten ] && [ ! -e "$FAKE/state-$name" ]; do sleep 0.01; done
 done
 echo "$n;cluster"
 )sh");
