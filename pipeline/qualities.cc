@@ -133,7 +133,7 @@ double ExpectedCameraSeconds(const PipelineQuality& quality, int photos, int thr
 }
 
 double ExpectedDepthSeconds(std::optional<int> width, int photos, int threads) {
-  // With their meshes, 640 pixels wide: 10 to 15 s a photo on two cores.
+  // With their meshes, 640 pixels wide: 10 to 15 s a photo on two cores. More than so many photos have none.
   constexpr double kSecondsAPhoto = 15, kMeasuredWidth = 640, kMostSeconds = 20 * 60, kLeastWidth = 320;
   constexpr int kMostPhotos = 1000;
   const auto seconds = [&](double w) { return kSecondsAPhoto * photos * (w / kMeasuredWidth) * (w / kMeasuredWidth); };

@@ -136,7 +136,7 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
     return {0, "the scene repeats itself: --proxy-minutes or --depth-width asks for depth maps"};
   if (const int usual = UsualStereoWidth(scene); !timed && usual > 0) return {usual, {}};
   double minutes = 0;
-  for (const int width : timed ? std::vector<int>{640, 480, 320} : std::vector<int>{320}) {
+  for (const int width : kStereoWidths) {
     StereoOptions stereo;
     stereo.width = width;
     // Depth maps once: those of photos that are left out are added for use. Two meshes that are measured, one for use.
@@ -145,7 +145,8 @@ DensePlan PlanDense(const Scene& scene, const AutoOptions& options, double evalu
               60;
     if (timed && minutes <= *options.proxy_minutes) return {width, {}};
   }
-  const std::string least = fmt::format("depth maps 320 pixels wide would take about {:.1f} minutes", minutes);
+  const std::string least =
+      fmt::format("depth maps {} pixels wide would take about {:.1f} minutes", kStereoWidths.back(), minutes);
   return {0, timed ? fmt::format("{}, --proxy-minutes allows {:.1f}", least, *options.proxy_minutes)
                    : least + " of so many photos: --proxy-minutes or --depth-width asks for them"};
 }

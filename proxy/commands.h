@@ -192,7 +192,7 @@ struct AutoOptions {
   // follows from it and from how fast this machine is. 0: none are made. Not given: from the photos' number alone, 640
   // pixels wide up to 120 photos of 4:3, 480 up to 213, 320 up to 1,000, none of more.
   std::optional<double> proxy_minutes;
-  std::optional<int> depth_width_px;  // of the depth maps, instead of what the minutes allow
+  std::optional<int> depth_width_px;  // longer side of the depth maps, however long they take
   std::vector<std::string>
       candidates;  // of plane, planes, box, delaunay, hull and the scene's own proxies; empty: the first five
 };

@@ -91,9 +91,9 @@ double StereoPixels(const Scene& scene, int width) {
 
 int UsualStereoWidth(const Scene& scene) {
   constexpr double kMostPixels = 120.0 * 640 * 480, kMostOfSmallest = 1000.0 * 320 * 240;
-  for (const int width : {640, 480})
-    if (StereoPixels(scene, width) <= kMostPixels) return width;
-  return StereoPixels(scene, 320) <= kMostOfSmallest ? 320 : 0;
+  for (const int width : kStereoWidths)
+    if (StereoPixels(scene, width) <= (width == kStereoWidths.back() ? kMostOfSmallest : kMostPixels)) return width;
+  return 0;
 }
 
 double EstimateStereoSeconds(const Scene& scene, const StereoOptions& options) {

@@ -51,6 +51,9 @@ struct StereoSummary {
 // Pixels of all photos' maps together.
 double StereoPixels(const Scene& scene, int width);
 
+// Longer sides of maps that are chosen among where none is given.
+inline constexpr std::array<int, 3> kStereoWidths = {640, 480, 320};
+
 // The maps' longer side where nobody says how large they may be: 640 up to 120 photos of 640x480 (20 minutes on two
 // cores, with their meshes), 480 as long as all maps together have no more pixels than those, 320 up to 1,000 photos;
 // 0: there are more. Counted, not timed: a busy machine, or another one, makes the same of the same photos.

@@ -63,7 +63,8 @@ TEST(WebScenes, ARealCapture) {
   const TemporaryFolder folder;
   const std::string photos = (kData / "fox" / "images").string(), scene = (folder / "fox").string();
   ASSERT_EQ(ChildProgram({"lumi-reconstruct", photos, "-o", scene, "--quiet"}).Wait(kMostSeconds).exit_code, 0);
-  ASSERT_EQ(ChildProgram({"lumi-proxy", "auto", scene, "--depth-width", "320", "--quiet"}).Wait(kMostSeconds).exit_code, 0);
+  ASSERT_EQ(ChildProgram({"lumi-proxy", "auto", scene, "--depth-width", "320", "--quiet"}).Wait(kMostSeconds).exit_code,
+            0);
   ExpectTheRenderersPictures(scene, folder / "web");
 }
 

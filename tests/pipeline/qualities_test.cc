@@ -43,6 +43,29 @@ TEST(Qualities, AProxyThatIsGivenIsNotTurned) {
   EXPECT_EQ(WithQuality(options, PipelineQualities().front(), false).depth_width_px, 256);
 }
 
+TEST(Qualities, DepthMapsAreExpectedToTakeAsLongAsTheirPixels) {
+  const double usual = ExpectedDepthSeconds({}, 20, 2);
+  EXPECT_DOUBLE_EQ(usual, ExpectedDepthSeconds(640, 20, 2)) << "of few photos";
+  EXPECT_DOUBLE_EQ(ExpectedDepthSeconds(320, 20, 2), usual / 4);
+  EXPECT_DOUBLE_EQ(ExpectedDepthSeconds({}, 20, 4), usual / 2);
+  EXPECT_DOUBLE_EQ(ExpectedDepthSeconds({}, 300, 2), 20 * 60) << "of many photos they are smaller";
+  EXPECT_DOUBLE_EQ(ExpectedDepthSeconds({}, 1000, 2), ExpectedDepthSeconds(320, 1000, 2));
+  EXPECT_EQ(ExpectedDepthSeconds({}, 1001, 2), 0);
+  EXPECT_EQ(ExpectedDepthSeconds(0, 20, 2), 0);
+}
+
+TEST(Qualities, TheirDepthMapsAreNoneOrHaveAWidthOrTheUsualOne) {
+  const auto with = [](std::size_t quality) { return WithQuality({}, PipelineQualities()[quality], false); };
+  EXPECT_EQ(with(0).proxy_minutes, 0.0);
+  EXPECT_FALSE(with(0).depth_width_px);
+  EXPECT_EQ(with(2).depth_width_px, 320);
+  EXPECT_FALSE(with(2).proxy_minutes);
+  EXPECT_FALSE(with(3).depth_width_px || with(3).proxy_minutes) << "as a run without a quality";
+  EXPECT_EQ(with(4).depth_width_px, 640);
+  EXPECT_EQ(InWords(PipelineQualities()[2], {}, false), "depth maps 320 px wide");
+  EXPECT_EQ(InWords(PipelineQualities()[3], {}, false), "as by default");
+}
+
 TEST(Qualities, WhatTheUserSetStays) {
   PipelineOptions options;
   options.reconstruct_arguments = {"--quality", "medium"};
