@@ -13,7 +13,7 @@
 namespace lumi {
 namespace {
 
-constexpr std::size_t kStackBatch = 64;  // frames scaled at once
+constexpr std::size_t kStackBatch = 64;  // frames scaled at once, at most
 constexpr double kWholeFrames = 1e-6;    // times nearer to whole frames are whole
 
 void FindRepeated(FrameStack& stack, const std::vector<std::uint64_t>& sums) {
@@ -44,6 +44,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
   stack.video_height = video.height();
   std::vector<std::uint64_t> hashes;
   std::vector<Image8> batch;
+  const std::size_t at_once = FramesAtOnce(video.width(), video.height(), kStackBatch);
   Progress progress(sink, "reading " + path.filename().string(), video.frame_count_hint());
   const auto flush = [&] {
     const std::size_t first = stack.frames.size();
@@ -72,7 +73,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     if (static_cast<int>(stack.time_s.size()) >= options.max_frames) throw too_long();
     stack.time_s.push_back(frame->time_s);
     batch.push_back(std::move(frame->rgb));
-    if (batch.size() == kStackBatch) flush();
+    if (batch.size() >= at_once) flush();
     progress.Step();
   }
   flush();

@@ -16,7 +16,7 @@ namespace {
 
 // What is rendered is made of these: a second compression must not show.
 constexpr int kJpegQuality = 98;
-constexpr std::size_t kBatch = 24;  // frames encoded at once: bounds the memory
+constexpr std::size_t kBatch = 24;  // frames encoded at once, at most
 constexpr double kLeastStep_s = 1e-6;
 
 }  // namespace
@@ -73,6 +73,7 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
   fs::create_directories(folder);
   std::map<int, fs::path> now;
   std::vector<VideoFrame> batch;
+  const std::size_t at_once = FramesAtOnce(impl_->reader.width(), impl_->reader.height(), kBatch);
   Progress progress(sink, "reading frames", count);
   const auto flush = [&] {
     ParallelEach(batch.size(), 1, [&](std::size_t i) {
@@ -100,7 +101,7 @@ int FilmFrames::Write(int first, int count, const fs::path& folder, ProgressSink
       impl_->time_s.push_back(later ? time_s : std::max(frame->time_s, impl_->time_s.back() + kLeastStep_s));
       frame->index = impl_->next++;
       if (std::error_code ec; !fs::exists(file, ec)) batch.push_back(std::move(*frame));
-      if (batch.size() == kBatch) flush();
+      if (batch.size() >= at_once) flush();
     }
     now[index] = file;
     ++got;

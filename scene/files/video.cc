@@ -33,6 +33,17 @@ void CheckIsFile(const fs::path& path) {
 
 double RateOr(double fps, double otherwise) { return fps > 0 && fps <= kMaxFps ? fps : otherwise; }
 
+}  // namespace
+
+std::size_t FramesAtOnce(int width, int height, std::size_t most) {
+  constexpr std::size_t kBytes = std::size_t{256} << 20;
+  const std::size_t bytes =
+      3 * static_cast<std::size_t>(std::max(1, width)) * static_cast<std::size_t>(std::max(1, height));
+  return std::clamp(kBytes / bytes, std::min(most, static_cast<std::size_t>(ThreadCount())), most);
+}
+
+namespace {
+
 // Times from the first frame, strictly increasing, from those that a file states.
 class FrameClock {
  public:

@@ -1,6 +1,7 @@
 // Video: frames as they are shown, in order and with their times, and H.264 out.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -30,6 +31,10 @@ struct VideoTimes {
   bool has_sound = false;
 };
 VideoTimes ReadVideoTimes(const std::filesystem::path& path);  // throws InputError
+
+// How many frames of that size are decoded before they are worked on side by side: 256 MB of them, at least one for
+// each thread, at most `most`.
+std::size_t FramesAtOnce(int width, int height, std::size_t most);
 
 class VideoReader {
  public:

@@ -4,8 +4,10 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <optional>
 
 #include "scene/program/error.h"
@@ -78,6 +80,43 @@ void RequireMemory(std::uint64_t bytes, const fs::path& file, const std::string&
     throw MachineError(fmt::format("takes {:.1f} GB of memory, and {:.1f} GB are free",
                                    static_cast<double>(bytes) / kGb, static_cast<double>(left) / kGb),
                        hint, file);
+}
+
+namespace {
+
+// Of this process's turns.
+struct Turns {
+  std::mutex mutex;
+  std::condition_variable ended;
+  std::uint64_t bytes = 0, most = 0;
+};
+Turns& AllTurns() {
+  static Turns turns;
+  return turns;
+}
+
+}  // namespace
+
+MemoryTurn::MemoryTurn(std::uint64_t bytes) : bytes_(bytes) {
+  constexpr std::uint64_t kSmall = std::uint64_t{1} << 26;
+  if (bytes_ <= kSmall) bytes_ = 0;
+  if (bytes_ == 0) return;
+  Turns& turns = AllTurns();
+  std::unique_lock lock(turns.mutex);
+  // What is free is asked while nothing of it is taken.
+  if (turns.bytes == 0) turns.most = AvailableMemory() / 2;
+  turns.ended.wait(lock, [&] { return turns.bytes == 0 || turns.bytes + bytes_ <= turns.most; });
+  turns.bytes += bytes_;
+}
+
+MemoryTurn::~MemoryTurn() {
+  if (bytes_ == 0) return;
+  Turns& turns = AllTurns();
+  {
+    const std::lock_guard lock(turns.mutex);
+    turns.bytes -= bytes_;
+  }
+  turns.ended.notify_all();
 }
 
 }  // namespace lumi

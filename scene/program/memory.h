@@ -19,4 +19,17 @@ std::uint64_t ResidentMemory();
 // asked.
 void RequireMemory(std::uint64_t bytes, const std::filesystem::path& file, const std::string& hint);
 
+// For loops whose bodies take much memory: as many go on at once as fit into half of what is free, and one in any case.
+// The constructor waits until others have ended. Takes up to 64 MB at once do not wait.
+class MemoryTurn {
+ public:
+  explicit MemoryTurn(std::uint64_t bytes);
+  ~MemoryTurn();
+  MemoryTurn(const MemoryTurn&) = delete;
+  MemoryTurn& operator=(const MemoryTurn&) = delete;
+
+ private:
+  std::uint64_t bytes_;
+};
+
 }  // namespace lumi

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <tuple>
 
 #include "scene/files/opencv_pixels.h"
+#include "scene/program/memory.h"
 
 namespace lumi {
 namespace {
@@ -98,6 +100,12 @@ Kept Keep(const Search& search, const Image8& image, const Image8& mask, const S
   return kept;
 }
 
+// OpenCV doubles the picture, and keeps six blurred pictures and five differences of it, of floats, for each octave.
+std::uint64_t PyramidBytes(int width, int height) {
+  constexpr double kBytesAPixel = 4 * (6 + 5) * sizeof(float) * 4 / 3.0;
+  return static_cast<std::uint64_t>(kBytesAPixel * width * height);
+}
+
 }  // namespace
 
 SiftFeatures FindSift(const Image8& image, const Image8& mask, const SiftOptions& o) {
@@ -109,6 +117,7 @@ SiftFeatures FindSift(const Image8& image, const Image8& mask, const SiftOptions
     const int width = static_cast<int>(std::lround(image.width * scale)),
               height = static_cast<int>(std::lround(image.height * scale));
     if (std::min(width, height) < kMinSide) return std::nullopt;
+    const MemoryTurn turn(PyramidBytes(width, height));
     Search s{whole, {static_cast<double>(image.width) / width, static_cast<double>(image.height) / height}, {}};
     if (scale < 1) cv::resize(whole, s.grey, cv::Size(width, height), 0, 0, cv::INTER_AREA);
     sift->detect(s.grey, s.points);
@@ -133,6 +142,7 @@ SiftFeatures FindSift(const Image8& image, const Image8& mask, const SiftOptions
   if (kept.points.empty()) return found;
   cv::Mat descriptors;
   const std::size_t before = kept.points.size();
+  const MemoryTurn turn(PyramidBytes(s->grey.cols, s->grey.rows));
   sift->compute(s->grey, kept.points, descriptors);
   if (kept.points.size() != before) throw std::logic_error("SIFT dropped keypoints of its own");
   found.descriptors.resize(descriptors.rows, kByteDescriptorLength);

@@ -59,8 +59,12 @@ TEST(PictureMemory, LargePagesLieWithinThePicture) {
   const ImageF large(2400, 2400, 4);
   const auto begin = reinterpret_cast<std::uintptr_t>(large.data.data()),
              end = reinterpret_cast<std::uintptr_t>(large.data.data() + large.data.size());
-  if (begin % kLargePage != 0) EXPECT_FALSE(MayHaveLargePages(large.data.data()));
-  if (end % kLargePage != 0) EXPECT_FALSE(MayHaveLargePages(large.data.data() + large.data.size() - 1));
+  if (begin % kLargePage != 0) {
+    EXPECT_FALSE(MayHaveLargePages(large.data.data()));
+  }
+  if (end % kLargePage != 0) {
+    EXPECT_FALSE(MayHaveLargePages(large.data.data() + large.data.size() - 1));
+  }
 }
 
 TEST(PictureMemory, LargePicturesBehaveAsSmallOnes) {

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <numeric>
 #include <thread>
 #include <vector>
 
+#include "scene/program/memory.h"
 #include "scene/program/parallel.h"
 
 namespace lumi {
@@ -83,6 +85,29 @@ TEST(ParallelInOrder, TakesEachInTurnAndPassesExceptionsOn) {
     ParallelInOrder(0, fail_at(0), fail_at(0));
   }
   SetThreadCount(0);
+}
+
+// Bodies that together would take more than there is run one after the other; small ones need not wait.
+TEST(MemoryTurn, GoesOnOnlyWithWhatFits) {
+  constexpr std::uint64_t kAll = std::uint64_t{1} << 62;
+  SetThreadCount(4);
+  std::atomic<int> inside{0}, most{0}, done{0};
+  ParallelFor(40, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const MemoryTurn turn(kAll);
+      const MemoryTurn small(1000);
+      most = std::max(most.load(), ++inside);
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+      --inside;
+      ++done;
+    }
+  });
+  SetThreadCount(0);
+  EXPECT_EQ(most, 1);
+  EXPECT_EQ(done, 40);
+  // Two that fit into it together do not wait for each other: this would never end.
+  const MemoryTurn one(AvailableMemory() / 8);
+  const MemoryTurn other(AvailableMemory() / 8);
 }
 
 TEST(ParallelFor, CoversTheRangeOnceAndPassesExceptionsOn) {
