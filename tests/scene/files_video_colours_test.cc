@@ -111,6 +111,41 @@ TEST(VideoColours, FfmpegTurnsFramesTheSameWay) {
   }
 }
 
+// AVCHD, HDV and DV: fewer pixels than a line shows, or than a column does.
+TEST(VideoColours, PixelsThatAreNotSquareAreMadeSo) {
+  const TempFolder folder;
+  VideoWriter writer(folder / "square.mp4", 25);
+  for (int i = 0; i < 3; ++i) writer.Add(Corners());
+  writer.Finish();
+  const struct {
+    const char* aspect;
+    int width, height;
+  } cases[] = {{"4/3", 128, 64}, {"8/9", 96, 72}, {"1/1", 96, 64}};
+  for (const auto& c : cases) {
+    const std::string film = folder / (std::string(c.aspect, 1) + ".mp4");
+    Ffmpeg(
+        {"-i", folder / "square.mp4", "-vf", std::string("setsar=") + c.aspect, "-c:v", "libx264", "-qp", "0", film});
+    VideoReader reader(film);
+    EXPECT_EQ(reader.width(), c.width) << c.aspect;
+    EXPECT_EQ(reader.height(), c.height) << c.aspect;
+    const auto frame = reader.Next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->rgb.width, c.width);
+    EXPECT_EQ(frame->rgb.height, c.height);
+    EXPECT_EQ(CornersSeen(frame->rgb), "RGBW");
+    if (c.width == 96 && c.height == 64)
+      EXPECT_THAT(reader.remarks(), IsEmpty());
+    else
+      EXPECT_THAT(reader.remarks(), ElementsAre(HasSubstr("pixels that are not square")));
+  }
+  // Turned as a phone held upright: the longer side of the pixel turns with it.
+  const std::string upright = folder / "upright.mp4";
+  Ffmpeg({"-i", folder / "square.mp4", "-vf", "setsar=4/3", "-c:v", "libx264", "-qp", "0", upright});
+  SetMatrix(upright, {0, 1, -1, 0});
+  EXPECT_EQ(VideoReader(upright).width(), 64);
+  EXPECT_EQ(VideoReader(upright).height(), 128);
+}
+
 // ---- matrix, range, depth
 
 struct ColourCase {

@@ -47,8 +47,8 @@ class Decoder : public VideoDecoder {
     ahead_ = true;
     const AVFrameSideData* own = av_frame_get_side_data(frame_.get(), AV_FRAME_DATA_DISPLAYMATRIX);
     const bool turned = own && own->size >= 9 * sizeof(std::int32_t);
-    to_rgb_.emplace(path, *frame_, turned ? TurnOf(reinterpret_cast<const std::int32_t*>(own->data)) : stated,
-                    std::max(1, threads));
+    to_rgb_.emplace(path, *frame_, input_.PixelAspect(*frame_),
+                    turned ? TurnOf(reinterpret_cast<const std::int32_t*>(own->data)) : stated, std::max(1, threads));
     claims_.width = to_rgb_->width();
     claims_.height = to_rgb_->height();
     claims_.remarks = to_rgb_->Remarks();

@@ -170,6 +170,11 @@ Turn Input::StatedTurn() const {
       reinterpret_cast<const std::int32_t*>(SideData(*video_, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t))));
 }
 
+double Input::PixelAspect(AVFrame& frame) const {
+  const AVRational aspect = av_guess_sample_aspect_ratio(format_, video_, &frame);
+  return aspect.num > 0 && aspect.den > 0 ? av_q2d(aspect) : 1;
+}
+
 VideoClaims Input::Claims() const {
   VideoClaims claims;
   claims.average_fps = Rate(video_->avg_frame_rate);

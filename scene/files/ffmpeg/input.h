@@ -29,7 +29,8 @@ class Input {
   double Seconds(std::int64_t time_stamp) const;  // NaN where there is none
   bool Read(AVPacket& packet);  // the next packet of the video; false at the end, also where the file is cut off
   Turn StatedTurn() const;
-  VideoClaims Claims() const;  // all but size and remarks
+  double PixelAspect(AVFrame& frame) const;  // width of a pixel over its height; 1 where neither file nor frame says it
+  VideoClaims Claims() const;                // all but size and remarks
 
  private:
   void Close();

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <type_traits>
+#include <utility>
 
 extern "C" {
 #include <libavfilter/buffersink.h>
@@ -104,11 +106,20 @@ Colours ColoursOf(const AVFrame& frame) {
   return c;
 }
 
-ToRgb::ToRgb(std::filesystem::path path, const AVFrame& first, const Turn& turn, int threads)
+// The size at which pixels are square; none of the frame's pixels are lost.
+static std::pair<int, int> SquareSize(const AVFrame& frame, double pixel_aspect) {
+  constexpr double kMostAspect = 4;  // beyond: a broken file
+  const double aspect = pixel_aspect > 1 / kMostAspect && pixel_aspect < kMostAspect ? pixel_aspect : 1;
+  return {static_cast<int>(std::lround(frame.width * std::max(1.0, aspect))),
+          static_cast<int>(std::lround(frame.height / std::min(1.0, aspect)))};
+}
+
+ToRgb::ToRgb(std::filesystem::path path, const AVFrame& first, double pixel_aspect, const Turn& turn, int threads)
     : path_(std::move(path)),
       turn_(turn),
-      width_(first.width),
-      height_(first.height),
+      width_(SquareSize(first, pixel_aspect).first),
+      height_(SquareSize(first, pixel_aspect).second),
+      stretched_(width_ != first.width || height_ != first.height),
       threads_(threads),
       peak_(PeakOf(first)) {
   if (!av_pix_fmt_desc_get(static_cast<AVPixelFormat>(first.format)))
@@ -215,6 +226,9 @@ std::vector<std::string> ToRgb::Remarks() const {
   const std::string file = path_.filename().string();
   if (turn_.skew)
     remarks.push_back(fmt::format("{} asks to be turned by other than quarter turns: the nearest one is taken", file));
+  if (stretched_)
+    remarks.push_back(
+        fmt::format("{} has pixels that are not square: its frames are made {} x {}", file, width(), height()));
   if (graph_)
     remarks.push_back(fmt::format("{} is HDR ({}, peak {:.0f} cd/m2): tone-mapped to SDR with paper white at {} cd/m2",
                                   file, colours_.transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG", peak_,

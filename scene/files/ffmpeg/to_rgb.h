@@ -26,8 +26,9 @@ Colours ColoursOf(const AVFrame& frame);
 
 class ToRgb {
  public:
-  // Throws InputError where there is no way from this frame to RGB, MachineError where this FFmpeg lacks one.
-  ToRgb(std::filesystem::path path, const AVFrame& first, const Turn& turn, int threads);
+  // pixel_aspect: width of a pixel over its height; frames are widened or heightened so that pixels are square. Throws
+  // InputError where there is no way from this frame to RGB, MachineError where this FFmpeg lacks one.
+  ToRgb(std::filesystem::path path, const AVFrame& first, double pixel_aspect, const Turn& turn, int threads);
   ~ToRgb();
   int width() const { return turn_.transpose ? height_ : width_; }
   int height() const { return turn_.transpose ? width_ : height_; }
@@ -42,6 +43,7 @@ class ToRgb {
   std::filesystem::path path_;
   Turn turn_;
   int width_ = 0, height_ = 0;  // before turning
+  bool stretched_ = false;      // pixels were not square
   int threads_ = 1;
   double peak_ = 0;  // of HDR: cd/m2
   Colours colours_;  // what scaler_ or graph_ is made for
