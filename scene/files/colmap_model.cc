@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -12,6 +14,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/byte_cursor.h"
 #include "scene/files/file_name.h"
+#include "scene/files/open_to_read.h"
 #include "scene/files/text_scan.h"
 #include "scene/program/error.h"
 
@@ -398,12 +401,56 @@ bool HoldsModel(const fs::path& folder, const char* extension) {
          fs::is_regular_file(folder / (std::string("images") + extension), error);
 }
 
+bool HoldsModel(const fs::path& folder) { return HoldsModel(folder, ".bin") || HoldsModel(folder, ".txt"); }
+
+// As its file says, without reading it all; 0 where it says nothing sensible, which who reads it will tell.
+std::uint64_t CountImages(const fs::path& model) try {
+  if (HoldsModel(model, ".bin")) {
+    std::uint64_t count = 0;
+    std::array<unsigned char, 8> bytes = {};
+    std::ifstream in = OpenToRead(model / "images.bin");
+    in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+    if (in)
+      for (std::size_t i = bytes.size(); i-- > 0;) count = count << 8 | bytes[i];
+    return count;
+  }
+  const std::string text = ReadText(model / "images.txt");
+  std::uint64_t lines = 0;
+  for (std::size_t at = 0; at < text.size(); at = std::min(text.find('\n', at), text.size() - 1) + 1)
+    lines += text[at] != '#' ? 1 : 0;
+  return lines / 2;  // an image's pose, and its points
+} catch (const InputError&) {
+  return 0;
+}
+
 }  // namespace
 
+std::vector<ColmapModelFolder> FindColmapModels(const fs::path& folder) {
+  for (const fs::path& candidate : {folder, folder / "sparse"})
+    if (HoldsModel(candidate)) return {{candidate, CountImages(candidate)}};
+  // COLMAP numbers models as it finishes them, whatever their size.
+  std::vector<ColmapModelFolder> models;
+  for (const fs::path& parent : {folder / "sparse", folder}) {
+    std::error_code error;
+    for (fs::directory_iterator it(parent, error), end; !error && it != end; it.increment(error)) {
+      const std::string name = it->path().filename().string();
+      if (std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; }) && HoldsModel(it->path()))
+        models.push_back({it->path(), CountImages(it->path())});
+    }
+    if (!models.empty()) break;
+  }
+  std::ranges::sort(models, [](const ColmapModelFolder& a, const ColmapModelFolder& b) {
+    const auto number = [](const fs::path& path) {
+      return std::pair(path.filename().string().size(), path.filename());
+    };
+    return a.images != b.images ? a.images > b.images : number(a.path) < number(b.path);
+  });
+  return models;
+}
+
 std::optional<fs::path> FindColmapModel(const fs::path& folder) {
-  for (const fs::path& candidate : {folder, folder / "sparse", folder / "sparse" / "0", folder / "0"})
-    if (HoldsModel(candidate, ".bin") || HoldsModel(candidate, ".txt")) return candidate;
-  return std::nullopt;
+  const std::vector<ColmapModelFolder> models = FindColmapModels(folder);
+  return models.empty() ? std::nullopt : std::optional(models.front().path);
 }
 
 Scene ReadColmapModel(const fs::path& folder) {

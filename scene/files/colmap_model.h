@@ -2,14 +2,23 @@
 // of the file before anything is allocated.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "scene/model/scene.h"
 
 namespace lumi {
 
-// The folder itself, or sparse/, sparse/0 or 0 below it; nullopt where there is none.
+struct ColmapModelFolder {
+  std::filesystem::path path;
+  std::uint64_t images = 0;
+};
+// The folder itself or its sparse/; else sparse/0, sparse/1 ... or 0, 1 ... below it, that with the most images first,
+// of equals the first. Empty where there is none.
+std::vector<ColmapModelFolder> FindColmapModels(const std::filesystem::path& folder);
+// The first of them.
 std::optional<std::filesystem::path> FindColmapModel(const std::filesystem::path& folder);
 
 // Views sorted by name, cameras and points renumbered; 2D points without a 3D point are dropped. image_folder is left

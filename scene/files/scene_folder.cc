@@ -305,8 +305,12 @@ Scene OpenScene(const fs::path& path, const OpenOptions& options, ProgressSink& 
   } else if (Exists(path / kManifestName)) {
     scene = ReadOwnScene(path);
     ours = true;
-  } else if (const auto model = FindColmapModel(path)) {
-    scene = ReadWorkspace(path, *model);
+  } else if (const auto models = FindColmapModels(path); !models.empty()) {
+    scene = ReadWorkspace(path, models.front().path);
+    if (models.size() > 1)
+      progress.Message(fmt::format("{} COLMAP models: the largest is taken, {} of {} images; {} has {}", models.size(),
+                                   models[0].path.lexically_relative(path).generic_string(), models[0].images,
+                                   models[1].path.lexically_relative(path).generic_string(), models[1].images));
   } else if (Exists(path / "transforms.json")) {
     scene = ReadTransformsJson(path / "transforms.json", &skipped);
   } else {

@@ -209,5 +209,30 @@ TEST(ColmapModel, TheCubesTextModelIsRead) {
   EXPECT_EQ(scene.cameras.at(0).model, CameraModel::kSimpleRadial);
 }
 
+// COLMAP numbers models as it finishes them: sparse/0 may be a scrap.
+TEST(ColmapModel, TheLargestOfSeveralIsTaken) {
+  for (const ColmapFormat format : {ColmapFormat::kBinary, ColmapFormat::kText}) {
+    const TempFolder folder;
+    const Scene large = SmallScene(20);
+    Scene small = large;
+    small.points.clear();
+    small.views.resize(1);
+    WriteColmapModel(small, folder / "sparse/0", format);
+    WriteColmapModel(large, folder / "sparse/2", format);
+    WriteColmapModel(small, folder / "sparse/10", format);
+    fs::create_directories(folder / "sparse/other");
+    const auto models = FindColmapModels(folder.path());
+    ASSERT_EQ(models.size(), 3u);
+    EXPECT_EQ(models[0].path, folder / "sparse/2");
+    EXPECT_EQ(models[0].images, large.views.size());
+    EXPECT_EQ(models[1].path, folder / "sparse/0");
+    EXPECT_EQ(models[1].images, 1u);
+    EXPECT_EQ(models[2].path, folder / "sparse/10");
+    EXPECT_EQ(FindColmapModel(folder / "sparse"), folder / "sparse/2");
+  }
+  const TempFolder empty;
+  EXPECT_TRUE(FindColmapModels(empty.path()).empty());
+}
+
 }  // namespace
 }  // namespace lumi::test
