@@ -90,7 +90,8 @@ std::vector<int> SelectKeyframes(const std::vector<FrameStatistics>& frames, con
   if (options.count > 1)
     spacing = total / (options.count - 1);
   else if (total / spacing > options.max_count - 1)
-    spacing = total / (options.max_count - 1);
+    spacing =
+        std::min(total / (options.max_count - 1), std::max(options.max_spacing, total / (options.most_count - 1)));
   if (!(total > 0) || total < 0.5 * options.spacing) {
     if (!frames.empty()) keyframes.push_back(0);
     return keyframes;

@@ -26,10 +26,12 @@ struct VideoStatistics {
 VideoStatistics AnalyseVideo(const std::filesystem::path& video, ProgressSink& sink);
 
 struct KeyframeOptions {
-  int count = 0;          // how many; 0: one for each `spacing` of movement
-  double spacing = 0.06;  // image widths of movement between keyframes
-  int max_count = 240;    // the spacing grows where it would give more
-  double window = 0.35;   // a keyframe may lie this fraction of the spacing off its place to be sharper
+  int count = 0;             // how many; 0: one for each `spacing` of movement
+  double spacing = 0.06;     // image widths of movement between keyframes
+  int max_count = 240;       // the spacing grows where it would give more, up to max_spacing
+  double max_spacing = 0.2;  // where neighbours still share most of what they show: then there are more, up to ...
+  int most_count = 1000;     // ... so many. The spacing grows without bound for longer videos
+  double window = 0.35;      // a keyframe may lie this fraction of the spacing off its place to be sharper
 };
 
 // Positions in `frames`, ascending. The first and the last part of the movement are covered; fewer than two mean that

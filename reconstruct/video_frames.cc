@@ -17,7 +17,7 @@ namespace lumi {
 namespace fs = std::filesystem;
 namespace {
 
-// Frames encoded at once: bounds the memory.
+// Frames encoded at once, at most.
 constexpr std::size_t kBatch = 32;
 
 // Writes the frames for which wanted(index) holds; returns their times.
@@ -28,6 +28,7 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
   VideoReader reader(video);
   std::map<int, double> times;
   std::vector<VideoFrame> batch;
+  const std::size_t at_once = FramesAtOnce(reader.width(), reader.height(), kBatch);
   Progress progress(sink, task, total);
   const auto flush = [&] {
     ParallelEach(batch.size(), 1, [&](std::size_t i) {
@@ -44,7 +45,7 @@ std::map<int, double> WriteFrames(const fs::path& video, const fs::path& folder,
     if (!frame) break;
     times[frame->index] = frame->time_s;
     batch.push_back(std::move(*frame));
-    if (batch.size() == kBatch) flush();
+    if (batch.size() >= at_once) flush();
     progress.Step();
   }
   flush();
@@ -124,7 +125,14 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
     found.frames.push_back({index, time_s});
   }
   WriteTextAtomically(list, JsonKeys(found).Text(1));
-  sink.Message(fmt::format("{} keyframes of {} frames", capture.photos.size(), capture.video_frames));
+  double moved = 0;
+  for (const FrameStatistics& frame : video.frames) moved += frame.step;
+  const double apart = moved / static_cast<double>(chosen.size() - 1);
+  sink.Message(fmt::format("{} keyframes of {} frames, {:.0f} % of a picture's width apart{}", capture.photos.size(),
+                           capture.video_frames, 100 * apart,
+                           apart > choice.max_spacing
+                               ? ": neighbours may share too little; --keyframes N takes more, and cuts of it take less"
+                               : ""));
   return capture;
 }
 

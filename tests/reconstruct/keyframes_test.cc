@@ -51,9 +51,18 @@ TEST(Keyframes, AWantedNumberAndALimitAreKept) {
   EXPECT_EQ(SelectKeyframes(EvenWalk(500, 0.01), options).size(), 12u);
   options.count = 0;
   options.max_count = 40;
+  options.max_spacing = 2;
   const auto limited = SelectKeyframes(EvenWalk(2000, 0.02), options);
   EXPECT_LE(limited.size(), 41u);
   EXPECT_GE(limited.size(), 38u);
+}
+
+// 240 photos of a long walk would share nothing: there are more, as far apart as neighbours still can be.
+TEST(Keyframes, OfALongVideoStandNoFartherApartThanNeighboursCan) {
+  const auto count = [](int frames) { return static_cast<int>(SelectKeyframes(EvenWalk(frames, 0.02), {}).size()); };
+  EXPECT_NEAR(count(2001), 240, 2);    // 40 widths: 0.17 apart
+  EXPECT_NEAR(count(5001), 501, 2);    // 100 widths: 0.2 apart
+  EXPECT_NEAR(count(20001), 1000, 2);  // 400 widths: 0.4 apart, since there are enough
 }
 
 TEST(Keyframes, ALeapIsNotSkippedOver) {
