@@ -123,13 +123,28 @@ Capture RemoveSkew(const Capture& capture, const std::vector<HeldView>& views, c
 }
 
 std::vector<int> MatchNames(const std::vector<std::string>& names, const std::vector<InputPhoto>& photos) {
-  // Each way of telling names apart is looser than the one before: whole; without ending; without folders; letters and
-  // digits alone. Two names that one way does not tell apart match nothing by it.
-  const auto file = [](const std::string& name) { return name.substr(name.find_last_of('/') + 1); };
+  // Each way of telling names apart is looser than the one before: whole; without ending; with ever fewer of the
+  // folders that hold them (cameras may be named from another folder than photos); without folders; letters and digits
+  // alone. Two names that one way does not tell apart match nothing by it.
   using Way = std::function<std::string(const std::string&)>;
-  const std::array<Way, 4> ways = {[](const std::string& n) { return n; }, WithoutEnding, file, LettersAndDigits};
+  const auto with_folders = [](int folders) -> Way {
+    return [folders](const std::string& name) {
+      std::size_t begin = name.size();
+      for (int i = 0; i <= folders && begin != std::string::npos; ++i)
+        begin = begin == 0 ? std::string::npos : name.find_last_of('/', begin - 1);
+      return WithoutEnding(begin == std::string::npos ? name : name.substr(begin + 1));
+    };
+  };
+  const auto file = [](const std::string& name) { return name.substr(name.find_last_of('/') + 1); };
+  const std::array ways = {Way([](const std::string& n) { return n; }),
+                           Way(WithoutEnding),
+                           with_folders(3),
+                           with_folders(2),
+                           with_folders(1),
+                           Way(file),
+                           Way(LettersAndDigits)};
   constexpr int kAmbiguous = -2;
-  std::array<std::map<std::string, int>, 4> by;
+  std::array<std::map<std::string, int>, ways.size()> by;
   for (std::size_t way = 0; way < ways.size(); ++way)
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto [it, fresh] = by[way].emplace(ways[way](names[i]), static_cast<int>(i));

@@ -38,6 +38,7 @@ std::vector<fs::path> SynchronisedVideos(const fs::path& folder) {
   if (!fs::is_directory(folder, error)) return {};
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     if (!entry.is_regular_file(error)) continue;
+    if (entry.path().filename().string().starts_with('.')) continue;  // what desktops leave behind
     if (HasVideoExtension(entry.path()))
       videos.push_back(entry.path());
     else if (HasImageExtension(entry.path()))

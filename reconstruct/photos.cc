@@ -13,6 +13,7 @@
 #include "reconstruct/photo_names.h"
 #include "scene/files/image_io.h"
 #include "scene/files/open_to_read.h"
+#include "scene/files/video.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 
@@ -67,6 +68,8 @@ bool ColmapReads(const std::vector<std::uint8_t>& head) {
   const std::string text(head.begin(), head.end());
   return text.rfind("BM", 0) == 0 || (text.rfind("RIFF", 0) == 0 && text.substr(8, 4) == "WEBP");
 }
+
+constexpr int kJpegQuality = 97;  // of copies: a second compression must not show
 
 std::string Listing(const std::vector<std::string>& names) {
   constexpr std::size_t kShown = 3;
@@ -124,6 +127,11 @@ InputPhoto AsPhoto(const std::string& name, const ImageInfo& info) {
   return photo;
 }
 
+bool MayBeListed(const fs::path& folder) {
+  std::error_code error;
+  return fs::directory_iterator(folder, error) != fs::directory_iterator() || !error;
+}
+
 MissingPhoto Unreadable(const std::string& name, const std::string& why) {
   return {name, "unreadable: " + why, "copy it from the camera again, or leave it out"};
 }
@@ -143,29 +151,38 @@ Capture FindPhotos(const fs::path& folder, ProgressSink& sink) {
 
   Capture capture;
   capture.folder = folder;
-  std::vector<std::string> names;
-  for (auto it = fs::recursive_directory_iterator(folder, fs::directory_options::follow_directory_symlink, ec);
+  std::vector<std::string> names, closed;
+  constexpr auto kFollowAndSkip =
+      fs::directory_options::follow_directory_symlink | fs::directory_options::skip_permission_denied;
+  for (auto it = fs::recursive_directory_iterator(folder, kFollowAndSkip, ec);
        !ec && it != fs::recursive_directory_iterator(); it.increment(ec)) {
     const std::string file = it->path().filename().string();
+    const bool is_folder = it->is_directory(ec);
     if (file.starts_with(".")) {  // hidden, and what desktops leave behind
-      if (it->is_directory(ec)) it.disable_recursion_pending();
+      if (is_folder) it.disable_recursion_pending();
       continue;
     }
+    if (is_folder && !MayBeListed(it->path())) closed.push_back(it->path().lexically_relative(folder).generic_string());
     if (!it->is_regular_file(ec)) continue;
     const std::string name = it->path().lexically_relative(folder).generic_string();
     (HasImageExtension(it->path()) ? names : capture.ignored).push_back(name);
   }
   if (ec) throw InputError(folder, "cannot be read: " + ec.message());
+  if (!closed.empty())
+    sink.Message(fmt::format("left out what is in {} folder{} that this user may not read: {}", closed.size(),
+                             closed.size() == 1 ? "" : "s", Listing(closed)));
   std::ranges::sort(names);
   std::ranges::sort(capture.ignored);
   std::vector<std::string> no_photos = capture.ignored;
   LeaveOutRaw(names, capture.ignored, sink);
   if (names.empty()) {
+    const auto film = std::ranges::find_if(capture.ignored, [](const auto& name) { return HasVideoExtension(name); });
     throw InputError(folder,
                      capture.ignored.empty() ? "the folder is empty"
                                              : fmt::format("no photo among its {} files ({})", capture.ignored.size(),
                                                            Listing(capture.ignored)),
-                     "give a folder of JPEG, PNG, TIFF, HEIC or RAW photos");
+                     film != capture.ignored.end() ? "for one video give its file: " + (folder / *film).string()
+                                                   : "give a folder of JPEG, PNG, TIFF, HEIC or RAW photos");
   }
   if (const auto n = no_photos.size(); n > 0)
     sink.Message(fmt::format("ignored {} file{} that {} no photo{}: {}", n, n == 1 ? "" : "s", n == 1 ? "is" : "are",
@@ -218,6 +235,12 @@ static bool NameForScene(Capture& staged, ProgressSink& sink) {
   return renamed > 0;
 }
 
+// HEIC and AVIF: a copy without loss is ten to twenty times as large, keeps nothing more, and takes longer to read.
+static bool WasCompressed(const std::string& name) {
+  constexpr std::array kEndings{".heic", ".heif", ".hif", ".avif"};
+  return std::ranges::find(kEndings, Lower(fs::path(name).extension().string())) != kEndings.end();
+}
+
 Capture StageForColmap(const Capture& capture, const fs::path& staging, ProgressSink& sink) {
   Capture staged = capture;
   staged.folder = staging;
@@ -232,14 +255,14 @@ Capture StageForColmap(const Capture& capture, const fs::path& staging, Progress
     const fs::path source = fs::absolute(capture.folder / capture.photos[i].name);
     if (photo.needs_conversion) {
       photo.original = capture.photos[i].name;
-      photo.name += ".png";
+      photo.name += WasCompressed(photo.name) ? ".jpg" : ".png";
     }
     const fs::path target = staging / photo.name;
     fs::create_directories(target.parent_path());
     std::error_code ec;
     if (photo.needs_conversion) {
       if (!fs::exists(target, ec) || fs::last_write_time(target, ec) < fs::last_write_time(source, ec)) try {
-          WriteImage(target, ReadImage8(source));
+          WriteImage(target, ReadImage8(source), kJpegQuality);
         } catch (const InputError& e) {
           reasons[i] = e.what();
         }

@@ -119,8 +119,10 @@ std::string Fingerprint(const fs::path& path) {
   if (status.type() == fs::file_type::not_found) return "absent";
   if (status.type() != fs::file_type::directory) return FileFingerprint(path);
   std::vector<std::string> names;
-  for (fs::recursive_directory_iterator it(path, fs::directory_options::follow_directory_symlink, error), end;
-       !error && it != end; it.increment(error)) {
+  constexpr auto kFollowAndSkip =
+      fs::directory_options::follow_directory_symlink | fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator it(path, kFollowAndSkip, error), end; !error && it != end;
+       it.increment(error)) {
     const std::string name = it->path().filename().string();
     // Locks and temporaries come and go while nothing changes.
     if (name.starts_with('.') || name == "LOCK") {

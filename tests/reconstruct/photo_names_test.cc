@@ -53,6 +53,11 @@ TEST(MatchNames, TellsPhotosApartByWhateverTheyDifferIn) {
   EXPECT_EQ(MatchNames({"images/0001.png", "images/0002.png"}, photos({"0002.png", "0001.png"})), (Found{1, 0}));
   EXPECT_EQ(MatchNames({"viff.001.ppm"}, photos({"viff001.png"})), (Found{0}));
   EXPECT_EQ(MatchNames({"a.1.png", "a1.png"}, photos({"a-1.jpg"})), (Found{-1})) << "either";
+  const Names rig = {"images/cam00/0000.png", "images/cam01/0000.png"}, here = {"cam01/0000.png", "cam00/0000.png"};
+  EXPECT_EQ(MatchNames(rig, photos(here)), (Found{1, 0})) << "cameras are named from the folder above";
+  EXPECT_EQ(MatchNames(here, photos(rig)), (Found{1, 0}));
+  EXPECT_EQ(MatchNames({"set/cam00/0000", "set/cam01/0000"}, photos(here)), (Found{1, 0}));
+  EXPECT_EQ(MatchNames(rig, photos({"0000.png"})), (Found{-1}));
   auto renamed = photos({"caf=E9.jpg"});
   renamed[0].original = "caf\xe9.jpg";
   EXPECT_EQ(MatchNames({"b.jpg", "caf\xe9.jpg"}, renamed), (Found{1}));
