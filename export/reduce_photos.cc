@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/image_difference/image_difference.h"
+#include "scene/model/photo_twins.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel.h"
 
@@ -25,6 +27,10 @@ constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
+constexpr double kFinerScales[] = {0.1875, 0.125, 0.09375, 0.0625};  // of photos that are this long then, at least
+constexpr double kLeastLongestPx = 640;
+// Photos are judged at this longer side, at most.
+constexpr int kMostJudgedPx = 3200;
 constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
 // Largest mean difference of code values between two decoders of one JPEG. Beyond it, the photo was rotated, corrected
 // or converted to sRGB when it was read.
@@ -38,8 +44,25 @@ Eigen::Vector2i Scaled(const Eigen::Vector2i& size, double scale) {
   return (size.cast<double>() * scale).array().round().cast<int>().max(1);
 }
 
-const Image8& Pixels(const Lumigraph& lumigraph, int view) {
-  return lumigraph.photos()[static_cast<std::size_t>(view)].levels.front();
+const Photo& PhotoOfView(const Lumigraph& lumigraph, int view) {
+  return lumigraph.photos()[static_cast<std::size_t>(view)];
+}
+const Image8& Pixels(const Lumigraph& lumigraph, int view) { return PhotoOfView(lumigraph, view).levels.front(); }
+
+// Of the photos' full size: none is larger than they are in memory.
+std::vector<double> ScalesOf(const Lumigraph& lumigraph) {
+  int longest = 1, halvings = 0;
+  for (const View& view : lumigraph.scene().views)
+    longest = std::max(longest, SizePx(lumigraph.scene(), view).maxCoeff());
+  for (const Photo& photo : lumigraph.photos()) halvings = std::max(halvings, photo.level0_shift);
+  const double most = std::ldexp(1.0, -halvings);
+  std::vector<double> scales;
+  for (const double scale : kScales)
+    if (scale <= most) scales.push_back(scale);
+  for (const double scale : kFinerScales)
+    if (scale <= most && longest * scale >= kLeastLongestPx) scales.push_back(scale);
+  if (scales.empty()) scales.push_back(most);
+  return scales;
 }
 
 std::vector<int> Kept(const Scene& scene, int every) {
@@ -78,13 +101,18 @@ PagePhoto PhotoOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& s
 double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   const std::vector<int> kept = Kept(lumigraph.scene(), r.every);
   const std::size_t step = std::max<std::size_t>(1, kept.size() / kSamples);
-  double bytes = 0, n = 0;
-  for (std::size_t i = step / 2; i < kept.size(); i += step, ++n) {
-    const Image8& photo = Pixels(lumigraph, kept[i]);
-    const Eigen::Vector2i size = Scaled({photo.width, photo.height}, r.scale);
-    bytes += static_cast<double>(PhotoOf(lumigraph, kept[i], size, r.quality).jpeg.size());
-  }
-  return bytes / n * static_cast<double>(kept.size());
+  std::vector<double> bytes;
+  for (std::size_t i = step / 2; i < kept.size(); i += step) bytes.push_back(0);
+  ParallelFor(bytes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const int view = kept[step / 2 + n * step];
+      const Scene& scene = lumigraph.scene();
+      const Eigen::Vector2i size = Scaled(SizePx(scene, scene.views[static_cast<std::size_t>(view)]), r.scale);
+      bytes[n] = static_cast<double>(PhotoOf(lumigraph, view, size, r.quality).jpeg.size());
+    }
+  });
+  return std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(bytes.size()) *
+         static_cast<double>(kept.size());
 }
 
 // Mean PSNR of the held-out photos (at most kJudges), over the pixels that are seen. Also sets reduction.own.
@@ -105,18 +133,30 @@ double HeldOutDb(const Lumigraph& lumigraph, PhotoReduction& reduction, Progress
     judges = some;
   }
   double db = 0;
+  const PhotoTwins twins(whole);
   for (const ViewId judge : judges) {
+    const View& view = whole.views[static_cast<std::size_t>(judge.value)];
+    const auto& levels = PhotoOfView(lumigraph, judge.value).levels;
+    const auto small_enough = [](const Image8& level) { return std::max(level.width, level.height) <= kMostJudgedPx; };
+    const Image8& photo = *std::ranges::find_if(levels, small_enough);  // the last level is a pixel
     RenderRequest request;
-    request.view = MakeRenderView(whole, whole.views[static_cast<std::size_t>(judge.value)]);
+    request.view = MakeRenderView(whole, view);
+    const RenderView scaled =
+        MakeRenderView(whole.CameraOf(view).Scaled(photo.width, photo.height), view.cam_from_world);
+    request.view.P = scaled.P;
+    request.view.size_px = scaled.size_px;
     request.settings = lumigraph.At(request.view);
     request.use.assign(photos.size(), true);
-    for (std::size_t i = 0; i < photos.size(); ++i) request.use[i] = reduced.view[i] != judge.value;
+    std::vector<bool> others(whole.views.size(), true);
+    others[static_cast<std::size_t>(judge.value)] = false;
+    twins.LeaveOut(others);
+    for (std::size_t i = 0; i < photos.size(); ++i) request.use[i] = others[static_cast<std::size_t>(reduced.view[i])];
     const ImageF picture = renderer->Render(request);
     const Image8 rendered = ToRgb8(picture);
     Image8 seen(picture.width, picture.height, 1);
     for (int y = 0; y < seen.height; ++y)
       for (int x = 0; x < seen.width; ++x) seen.At(x, y, 0) = picture.At(x, y, 3) > 0.5F ? 255 : 0;
-    db += PsnrWithin(rendered, Pixels(lumigraph, judge.value), seen).value_or(0);
+    db += PsnrWithin(rendered, photo, seen).value_or(0);
   }
   return db / static_cast<double>(judges.size());
 }
@@ -175,11 +215,12 @@ ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction
 ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
                         std::vector<PhotoReduction>& tried, ProgressSink& sink) {
   int widest = 0;
-  for (const Photo& photo : lumigraph.photos()) widest = std::max(widest, photo.levels.front().width);
+  for (const View& view : lumigraph.scene().views) widest = std::max(widest, SizePx(lumigraph.scene(), view).x());
+  const std::vector<double> scales = ScalesOf(lumigraph);
   std::vector<PhotoReduction> fitting;
   for (int every = 1; every <= kMostEvery; ++every) {
     if (every > 1 && lumigraph.scene().views.size() / static_cast<std::size_t>(every) < 8) break;
-    for (double scale : kScales) {
+    for (double scale : scales) {
       if (max_width_px > 0) scale = std::min(scale, static_cast<double>(max_width_px) / widest);
       // The best quality that fits.
       for (const int quality : kQualities) {
@@ -195,7 +236,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
           fitting.back().quality >= kBestCoded)
         break;  // smaller versions of the same photos only lose detail
     }
-    if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= 1 - 1e-9 &&
+    if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= scales.front() - 1e-9 &&
         fitting.back().quality >= kBestCoded)
       break;  // all of them fit at full size with hardly any loss
   }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "scene/files/evaluation_proxy.h"
+#include "scene/model/photo_twins.h"
 
 namespace lumi {
 
@@ -22,12 +23,14 @@ std::vector<bool> PhotosWithoutFolds(const Scene& scene, int n, bool choosing) {
   for (const ViewId v : FoldViews(scene, n, Fold::kReport)) keep[static_cast<std::size_t>(v.value)] = false;
   if (choosing)
     for (const ViewId v : FoldViews(scene, n, Fold::kChoose)) keep[static_cast<std::size_t>(v.value)] = false;
+  PhotoTwins(scene).LeaveOut(keep);
   return keep;
 }
 
 std::vector<bool> PhotosWithoutEach(const Scene& scene, int k) {
   std::vector<bool> keep(scene.views.size(), true);
   for (auto v = static_cast<std::size_t>(k); v < keep.size(); v += kProxiesForEach) keep[v] = false;
+  PhotoTwins(scene).LeaveOut(keep);
   return keep;
 }
 

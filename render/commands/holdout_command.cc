@@ -126,6 +126,7 @@ void RenderHeldOut(RenderJob& job) {
   s.samples = errors.samples;
   s.wrote = h.folder;
   s.optimum = errors.optimum;
+  job.most_halved = errors.halved;
 }
 
 }  // namespace lumi

@@ -232,6 +232,7 @@ RenderSummary RunRender(const RenderOptions& given, ProgressSink& sink) {
   RequireConsistent(given);
   RenderOptions o = given;
   o.graphics = o.backend == "gl";
+  o.compares_whole_photos = o.holdout != 0 && o.width_px == 0;
   const bool to_folder = !o.output.empty() && !o.to_video();
   if (to_folder) {
     std::error_code ec;

@@ -1,5 +1,7 @@
 #include "render/holdout/holdout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,6 +18,7 @@
 #include "scene/geometry/angle.h"
 #include "scene/geometry/median.h"
 #include "scene/image_difference/image_difference.h"
+#include "scene/model/photo_twins.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 
@@ -186,14 +189,17 @@ DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px) {
     wanted.use[static_cast<std::size_t>(id.value)] = false;
     wanted.views.push_back(HeldOutView(scene, scene.views[static_cast<std::size_t>(id.value)], width_px));
   }
+  PhotoTwins(scene).LeaveOut(wanted.use);
   if (std::count(wanted.use.begin(), wanted.use.end(), true) == 0) wanted.use.clear();
   return wanted;
 }
 
 std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold) {
   std::vector<bool> use(scene.views.size(), true);
+  const PhotoTwins twins(scene);
   const auto exclude = [&](Fold which, std::vector<bool>& from) {
     for (const ViewId id : FoldViews(scene, n, which)) from[static_cast<std::size_t>(id.value)] = false;
+    twins.LeaveOut(from);
   };
   exclude(fold, use);
   if (fold == Fold::kChoose) {
@@ -218,10 +224,12 @@ std::vector<HeldOutPhoto> PhotosHeldOut(const Scene& scene, const HoldoutOptions
   std::vector<HeldOutPhoto> photos;
   const auto count = static_cast<std::int32_t>(scene.views.size());
   if (options.n == kHoldoutEach) {
+    const PhotoTwins twins(scene);
     for (std::int32_t k = 0; count > 1 && k < kProxiesForEach; ++k)
       for (std::int32_t i = k; i < count; i += kProxiesForEach) {
         photos.push_back({{i}, std::vector<bool>(scene.views.size(), true)});
         photos.back().use[static_cast<std::size_t>(i)] = false;
+        twins.LeaveOut(photos.back().use);
       }
   } else if (count > 1) {
     const std::vector<ViewId> ids = FoldViews(scene, options.n, options.fold);
@@ -234,6 +242,23 @@ std::vector<HeldOutPhoto> PhotosHeldOut(const Scene& scene, const HoldoutOptions
     throw DataError("too few photos to hold any out: " + std::to_string(scene.views.size()),
                     "lower --holdout, or add photos");
   return photos;
+}
+
+// Photos that are held out because they are twins of one that is.
+int CountTwins(const Scene& scene, const HoldoutOptions& options) {
+  const PhotoTwins twins(scene);
+  std::vector<bool> keep(scene.views.size(), true);
+  if (options.n != kHoldoutEach) {
+    for (const ViewId id : FoldViews(scene, options.n, options.fold)) keep[static_cast<std::size_t>(id.value)] = false;
+    return twins.LeaveOut(keep);
+  }
+  int count = 0;
+  for (std::size_t v = 0; v < keep.size(); ++v) {
+    keep.assign(keep.size(), true);
+    keep[v] = false;
+    count += twins.LeaveOut(keep) > 0 ? 1 : 0;
+  }
+  return count;
 }
 
 class HoldoutEvaluation {
@@ -254,6 +279,7 @@ class HoldoutEvaluation {
     const RenderStatistics statistics = with.renderer->Statistics();
     summary_.samples += statistics.samples;
     summary_.optimum += statistics.optimum;
+    summary_.halved = std::max(summary_.halved, statistics.halved);
     HoldoutMasks masks{ObjectMask(scene_, view, request.view.size_px), {}};
     if (with.seen) masks.seen = with.seen(request.view, request.use);
     const Image8 rendered = ToRgb8(image);
@@ -302,6 +328,10 @@ HoldoutSummary EvaluateHoldout(const Scene& scene, const HoldoutRendererOf& rend
                                ProgressSink& sink) {
   const std::vector<HeldOutPhoto> photos = PhotosHeldOut(scene, options);
   HoldoutEvaluation evaluation(scene, options);
+  if (const int twins = CountTwins(scene, options); twins > 0)
+    sink.Message(
+        fmt::format("{} photo{} taken from the place of a held-out one (copies, second shots): held out with it", twins,
+                    twins == 1 ? " was" : "s were"));
   Progress progress(sink, "rendering held-out photos", static_cast<long>(photos.size()));
   for (const HeldOutPhoto& photo : photos) {
     evaluation.Add(photo, renderer_of(photo.id));

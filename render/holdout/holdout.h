@@ -54,6 +54,7 @@ struct HoldoutSummary {
   double ms_per_frame = 0;          // median
   long samples = 0;                 // rays at which weights were computed, and the optimum's counts: sums over the
   OptimumCounts optimum;            // held-out views, without the baseline
+  int halved = 0;                   // the most often that a view's photos were halved, for lack of memory
   std::vector<HoldoutView> views;
 };
 
@@ -75,9 +76,9 @@ struct DesiredViews {
 // A fold's views at most this wide, rendered from all other photos, or from all if no others are left. kHoldoutEach:
 // the views of every fifth photo, from all the others: a view that may use its own photo would only show that photo.
 DesiredViews LeaveOut(const Scene& scene, int n, Fold fold, int width_px);
-// The photos that a fold is rendered from: none of its own. The choosing fold also leaves out the reporting one
-// (settings must not be chosen with photos that are reported on), unless that leaves less than half of all photos.
-// Throws DataError if nothing is left.
+// The photos that a fold is rendered from: none of its own, and none of their twins (photo_twins.h). The choosing fold
+// also leaves out the reporting one (settings must not be chosen with photos that are reported on), unless that leaves
+// less than half of all photos. Throws DataError if nothing is left.
 std::vector<bool> PhotosWithout(const Scene& scene, int n, Fold fold);
 
 // What a held-out photo is rendered with.

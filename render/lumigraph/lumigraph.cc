@@ -98,7 +98,16 @@ std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
   constexpr std::size_t kMb = 1 << 20;
   constexpr std::size_t kLeast = 4 * kMb;
   // Visibility maps and pictures, which come later; a graphics processor has both, too.
-  const std::size_t others = (options_.graphics ? 640 : 320) * kMb;
+  constexpr std::size_t kComparedBytesAPixel = 80;  // two pictures, the photo, 8-bit copies, and SSIM's of floats
+  std::size_t others = (options_.graphics ? 640 : 320) * kMb;
+  if (options_.compares_whole_photos) {
+    std::size_t pixels = 0;
+    for (const View& view : scene_.views) {
+      const Eigen::Vector2i size = SizePx(scene_, view);
+      pixels = std::max(pixels, static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()));
+    }
+    others = std::max(others, others / 2 + kComparedBytesAPixel * pixels);
+  }
   const std::size_t all = options_.memory_mb > 0
                               ? static_cast<std::size_t>(options_.memory_mb) * kMb
                               : static_cast<std::size_t>(kShare * static_cast<double>(AvailableMemory()));
@@ -116,7 +125,7 @@ std::size_t Lumigraph::LargestPhoto() const {
   return bytes;
 }
 
-void Lumigraph::ReadPhotos(ProgressSink& sink) {
+void Lumigraph::ReadPhotos(ProgressSink& sink, int halvings) {
   if (const std::optional<std::size_t> room = RoomForPhotos()) {
     // Photos on their way to a graphics processor stay in memory only until they are there.
     constexpr std::size_t kMostAtOnce = std::size_t{192} << 20;
@@ -127,7 +136,7 @@ void Lumigraph::ReadPhotos(ProgressSink& sink) {
                              scene_.views.size(), static_cast<double>(PhotoCache::BytesOf(scene_)) / 1e9,
                              static_cast<double>(*room) / 1e9));
   } else if (one_mesh()) {
-    photos_ = LoadPhotos(scene_, {}, sink);
+    photos_ = LoadPhotos(scene_, {.halvings = halvings}, sink);
   }
   const auto wanted = [&](std::string_view effect) { return !decided_.Has(effect) || IsOn(settings_, effect); };
   SetEstimates(EstimateFromPhotos(scene_, one_mesh() && !cache_ ? &photos_ : nullptr, wanted, sink));

@@ -47,6 +47,8 @@ struct LumigraphOptions {
   // of the free memory; -1: all photos are held.
   int memory_mb = -1;
   bool graphics = false;  // photos will be in graphics memory, which memory_mb counts, too
+  // Pictures are as large as photos, and are compared with them: several of that size are in memory.
+  bool compares_whole_photos = false;
 };
 
 class Lumigraph {
@@ -65,8 +67,8 @@ class Lumigraph {
   // use it for a proxy that was made without the held-out photos.
   void StandIn(Mesh mesh) { mesh_ = std::move(mesh); }
   // Reads the photos if every picture may use all of them, and makes the estimates from them that the user did not
-  // switch off.
-  void ReadPhotos(ProgressSink& sink);
+  // switch off. halvings: of photos that are all held.
+  void ReadPhotos(ProgressSink& sink, int halvings = 0);
   void SetEstimates(const PhotoEstimates& estimates);
   // Sets what LoadPhoto corrects photos for from now on. `estimates`: those that were set last.
   void Correct(const PhotoEstimates& estimates, const Corrections& corrections);

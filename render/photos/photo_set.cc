@@ -14,8 +14,8 @@ Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   const View& of = scene.views[static_cast<std::size_t>(view.value)];
   Image8 pixels = ReadImage8(scene.ImagePath(of), 3);
   if (of.correction) Correct(*of.correction, pixels);
-  photo.levels = BuildPyramid(std::move(pixels), options.pyramids ? 0 : 1);
-  return photo;
+  photo.levels = BuildPyramid(std::move(pixels), options.pyramids ? 0 : 1 + options.halvings);
+  return options.halvings > 0 ? HalvedTo(photo, options.halvings) : photo;
 }
 
 Eigen::Vector2i HalvedSize(const Eigen::Vector2i& size_px, int halvings) {

@@ -13,6 +13,7 @@ namespace lumi {
 
 struct PhotoOptions {
   bool pyramids = true;
+  int halvings = 0;  // level 0 is the photo halved so often: a quarter of the memory each time
 };
 
 struct Photo {

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "random_scene.h"
 #include "scene/geometry/angle.h"
+#include "scene/geometry/constants.h"
+#include "scene/model/photo_twins.h"
 
 namespace lumi {
 namespace {
@@ -79,6 +83,52 @@ TEST(Scene, FoldsAreDisjointAndSortedByName) {
   ASSERT_EQ(choose.size(), 2u);
   EXPECT_EQ(choose[0].value, 4);
   EXPECT_THROW(FoldViews(scene, 1, Fold::kReport), std::invalid_argument);
+}
+
+TEST(PhotoTwins, CopiesAndSecondShotsAreLeftOutWithThePhoto) {
+  Scene scene = SmallScene(20);  // points 3 to 6 away
+  const auto add = [&](int of, double step, double turned_deg, std::optional<double> time_s = {}) {
+    View v = scene.views[static_cast<std::size_t>(of)];
+    const Eigen::Vector3d c = v.CentreInWorld() + step * Eigen::Vector3d(0.6, 0, 0.8);
+    v.cam_from_world.rotation =
+        Eigen::AngleAxisd(turned_deg * kRadPerDeg, Eigen::Vector3d::UnitY()) * v.cam_from_world.rotation;
+    v.cam_from_world.translation = -(v.cam_from_world.rotation * c);
+    v.time_s = time_s;
+    scene.views.push_back(v);
+    return scene.views.size() - 1;
+  };
+  const std::size_t copy = add(3, 0, 0), again = add(3, 0.001, 2), elsewhere = add(3, 0.02, 0), turned = add(3, 0, 20),
+                    frame = add(3, 0, 0, 1.0), of_five = add(5, 0, 0);
+  const PhotoTwins twins(scene);
+  const auto without = [&](std::size_t photo, int count) {
+    std::vector<bool> keep(scene.views.size(), true);
+    keep[photo] = false;
+    EXPECT_EQ(twins.LeaveOut(keep), count);
+    return keep;
+  };
+  const std::vector<bool> keep = without(3, 2);
+  for (const std::size_t twin : {copy, again}) EXPECT_FALSE(keep[twin]);
+  for (const std::size_t other : {elsewhere, turned, frame, of_five, std::size_t{5}}) EXPECT_TRUE(keep[other]);
+  EXPECT_FALSE(without(copy, 2)[3]) << "each is the other's";
+  without(7, 0);
+  // In another unit, and from far: the same.
+  Transform(scene, {1e4, Eigen::Quaterniond::Identity(), {1e6, 0, 0}});
+  std::vector<bool> moved(scene.views.size(), true);
+  moved[3] = false;
+  EXPECT_EQ(PhotoTwins(scene).LeaveOut(moved), 2);
+  EXPECT_EQ(moved, keep);
+}
+
+TEST(PhotoTwins, WhereAllAreTwinsNoneIsLeftOut) {
+  Scene scene = SmallScene(1);
+  for (int i = 0; i < 5; ++i) scene.views.push_back(scene.views[0]);
+  std::vector<bool> keep(scene.views.size(), true);
+  keep[2] = false;
+  EXPECT_EQ(PhotoTwins(scene).LeaveOut(keep), 0);
+  EXPECT_EQ(std::ranges::count(keep, true), 5);
+  scene.frame = Frame::kProjective;
+  EXPECT_EQ(PhotoTwins(scene).LeaveOut(keep), 0);
+  EXPECT_EQ(PhotoTwins(Scene{}).LeaveOut(keep = {}), 0);
 }
 
 TEST(Scene, MovingTheWorldLeavesThePhotosAlone) {
