@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "export/held_photos.h"
 #include "export/own_output.h"
 #include "export/vertex_colors.h"
 #include "render/lumigraph/lumigraph.h"
@@ -214,7 +215,7 @@ GltfSummary ExportGltf(const GltfOptions& o, ProgressSink& sink) {
   if (!lumigraph.one_mesh())
     throw UsageError("a glTF file needs one proxy for all views",
                      "make one with lumi-proxy auto, and leave --proxy out");
-  lumigraph.ReadPhotos(sink);
+  lumigraph.ReadPhotos(sink, HalvingsToHold(lumigraph.scene(), 0, 1, sink));
   lumigraph.ChooseMeasures({}, {});
   const VertexColors colors = ColorVertices(lumigraph, sink);
   const std::string glb = Glb(lumigraph, colors);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "export/held_photos.h"
 #include "export/own_output.h"
 #include "export/quantised_mesh.h"
 #include "export/reduce_photos.h"
@@ -24,6 +25,7 @@ namespace {
 constexpr double kPathSeconds = 12, kPathFps = 30;
 // The largest share of the page's megabytes that the proxy may take.
 constexpr double kMostOfProxy = 0.5;
+constexpr int kLongestPx = 4096;  // photos that are longer are halved: no screen of a browser shows more
 constexpr const char* kDataMarker = ".lumi-web-data";  // in a scene folder that --as-scene made, even if unfinished
 constexpr double kTradeoffMb[] = {4, 8, 16, 32, 64};
 
@@ -105,7 +107,8 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   if (!lumigraph.one_mesh())
     throw UsageError("a web page needs one proxy for all views",
                      "make one with lumi-proxy auto, and leave --proxy out");
-  lumigraph.ReadPhotos(sink);
+  // The photos, and those that a reduction has made of them.
+  lumigraph.ReadPhotos(sink, HalvingsToHold(lumigraph.scene(), kLongestPx, 2, sink));
   const CameraPath path = PathThroughPhotos(lumigraph.scene(), kPathSeconds, kPathFps);
   const Eigen::Vector2i film = FilmSize(lumigraph.scene());
   lumigraph.ChooseMeasures(SamplePath(path, film.x(), film.y()), {});
