@@ -157,6 +157,9 @@ int main(int argc, char** argv) {
   app.Add("--depth-width", options.depth_width_px,
           "With --proxy auto: longer side of the depth maps in pixels, 64..8192, instead of what follows from the "
           "photos or minutes");
+  app.Add("--budget-ms", options.budget_ms,
+          "With --proxy auto: the best proxy whose frames, 480 pixels wide, take at most so many milliseconds, > 0; "
+          "default: the best");
   app.Add("--silhouette-rule", options.silhouette_rule,
           "The object's pixels, by a rule on colours: \"(B - R) < 25 && R + G + B > 60\" (as lumi-proxy silhouettes)");
   app.Add("--silhouettes", options.silhouettes, "Folder of the object's masks, white = object");
@@ -206,8 +209,8 @@ int main(int argc, char** argv) {
           "slurm: passed on to sbatch, as --sbatch-option=--time=60; may be given again")
       .OneEach();
   app.Add("--parts", options.parts,
-          "slurm: depth maps as a job array of so many tasks, 1 to 1000, with --proxy auto or dense; auto's are then "
-          "--depth-width wide, 640 unless given")
+          "slurm: depth maps as a job array of so many tasks, 1 to 1000, with --proxy auto or dense, and "
+          "without --proxy-minutes")
       .Default();
   app.Add("--batch", where.batch,
           "A text file with an input a line: each becomes OUT/NAME with these options, one after the other, or all at "

@@ -37,6 +37,8 @@ std::string Validate(const PipelineOptions& options) {
   if (options.depth_width_px && (options.minutes || options.proxy_minutes))
     return "give one of --depth-width, --minutes and --proxy-minutes";
   if (options.depth_width_px && options.proxy != "auto") return "--depth-width goes with --proxy auto";
+  if (options.budget_ms && !(*options.budget_ms > 0)) return "--budget-ms must be above 0";
+  if (options.budget_ms && options.proxy != "auto") return "--budget-ms goes with --proxy auto";
   if (options.parts < 1 || options.parts > 1000) return "--parts is 1 to 1000";
   if (options.parts > 1 && options.proxy_minutes.value_or(0) > 0)
     return "--parts takes --depth-width, not --proxy-minutes: how long other machines take is not known";

@@ -24,6 +24,7 @@ struct PipelineOptions {
   bool rescale_cameras = false;         // a workspace's cameras are scaled to its photos instead of being refused
   std::string proxy = "auto";           // lumi-proxy's kind: auto, plane, planes, box, delaunay, dense, moving, hull
   std::optional<double> proxy_minutes;  // of auto's depth maps (proxy/commands.h)
+  std::optional<double> budget_ms;      // of a frame over the proxy that auto chooses; none: the best proxy
   // Minutes that the whole run may take: they decide its quality, and film and page are left out where no time is left.
   std::optional<double> minutes;
   // Where the object's silhouettes come from, at most one: a rule on colours, a folder of masks, a photo (or a folder
@@ -46,7 +47,7 @@ struct PipelineOptions {
   int threads = 0;                               // 0: all cores
   std::shared_ptr<Executor> executor = nullptr;  // where stages run; none: here
   int parts = 1;                                 // with an executor: jobs that depth maps are divided among
-  std::optional<int> depth_width_px;             // of auto's depth maps, instead of what auto takes; see also `parts`
+  std::optional<int> depth_width_px;             // of auto's depth maps, instead of what auto takes
   unsigned long long seed = 0;
 };
 

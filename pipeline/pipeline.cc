@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <functional>
 #include <map>
 #include <optional>
@@ -87,13 +88,19 @@ class Run {
     if (HasSilhouetteSource(options_)) MakeSilhouettes();
     MakeProxy();
     if (options_.faces > 0) Simplify();
-    if (options_.holdout > 0) Evaluate(in_place);
-    if (options_.video && TimeFor("video", options_.video_seconds * kFilmSecondsASecond)) MakeVideo();
-    if (options_.web && TimeFor("web", kPageSeconds)) MakeWebPage();
+    if (options_.holdout > 0) OrReport(kHoldout, [&] { Evaluate(in_place); });
+    if (options_.video && TimeFor(kVideo, options_.video_seconds * kFilmSecondsASecond))
+      OrReport(kVideo, [&] { MakeVideo(); });
+    if (options_.web && TimeFor(kWeb, kPageSeconds)) OrReport(kWeb, [&] { MakeWebPage(); });
     stages_->RunWaiting([&](const std::string& name, const std::function<void()>& keep) {
-      name == kWeb ? PageOrReason(keep) : keep();
+      OrReport(name, [&] { name == kWeb ? PageOrReason(keep) : keep(); });
     });
-    Report();
+    try {
+      Report();
+    } catch (...) {
+      if (!failure_) throw;
+    }
+    if (failure_) std::rethrow_exception(failure_);
     summary_.stages = stages_->results();
     summary_.colmap_seconds = stages_->colmap_seconds();
     summary_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
@@ -103,7 +110,7 @@ class Run {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr const char* kWeb = "web";
+  static constexpr const char *kHoldout = "holdout", *kVideo = "video", *kWeb = "web";
   // Seconds for a second of film (960 pixels wide, on two cores, with the frames that it is compared with), and for a
   // page.
   static constexpr double kFilmSecondsASecond = 5, kPageSeconds = 10;
@@ -140,13 +147,13 @@ class Run {
     const double depth = options_.proxy != "auto" ? 0
                          : options_.proxy_minutes
                              ? 60 * *options_.proxy_minutes
-                             : ExpectedDepthSeconds(DepthWidth(), photos, threads) / options_.parts;
+                             : ExpectedDepthSeconds(options_.depth_width_px, photos, threads) / options_.parts;
     if (DepthMapsInParts()) stages.emplace_back("depth-maps", 0);
     stages.emplace_back("proxy", depth);
     if (options_.faces > 0) stages.emplace_back("simplify", 0);
-    if (options_.holdout > 0) stages.emplace_back("holdout", 0);
-    if (options_.video) stages.emplace_back("video", options_.video_seconds * kFilmSecondsASecond);
-    if (options_.web) stages.emplace_back("web", kPageSeconds);
+    if (options_.holdout > 0) stages.emplace_back(kHoldout, 0);
+    if (options_.video) stages.emplace_back(kVideo, options_.video_seconds * kFilmSecondsASecond);
+    if (options_.web) stages.emplace_back(kWeb, kPageSeconds);
     stages.emplace_back("report", 0);
     std::string text;
     double seconds = 0;
@@ -195,7 +202,8 @@ class Run {
 
   // What auto may spend on depth maps; no value: as it decides itself.
   std::optional<double> DepthMinutes() const {
-    if (options_.proxy_minutes || !options_.minutes) return options_.proxy_minutes;
+    // How long several machines take is not known: parts are as large as auto takes them without a limit.
+    if (options_.proxy_minutes || !options_.minutes || options_.parts > 1) return options_.proxy_minutes;
     return DepthMinutesOf(*options_.minutes, MinutesLeft());
   }
 
@@ -245,6 +253,20 @@ class Run {
       stages_->LetWait(stage);
     else
       stages_->StartRecorded(stage);
+  }
+
+  // What shows a scene may fail: the report is written all the same, and then the run ends with the first failure.
+  void OrReport(const std::string& name, const std::function<void()>& make) {
+    try {
+      make();
+    } catch (const Error& e) {
+      if (e.code() == ExitCode::kInterrupted) throw;
+      if (!failure_) failure_ = std::current_exception();
+      progress_.Message(fmt::format("{} failed ({}); the report is written without it", name, e.what()));
+      fs::path& made = name == kHoldout ? holdout_folder_ : name == kVideo ? summary_.video : summary_.web;
+      made.clear();
+      stages_->LeaveOut();
+    }
   }
 
   // A scene that no page can show is a scene all the same.
@@ -306,7 +328,8 @@ class Run {
     if (options_.proxy != "auto") return arguments;
     if (options_.holdout > 0)  // it chooses on photos that this N does not report on
       arguments.insert(arguments.end(), {"--holdout", std::to_string(options_.holdout)});
-    if (const auto width = DepthWidth())
+    if (options_.budget_ms) arguments.insert(arguments.end(), {"--budget-ms", fmt::format("{}", *options_.budget_ms)});
+    if (const auto width = options_.depth_width_px)
       arguments.insert(arguments.end(), {"--depth-width", std::to_string(*width)});
     else if (const auto minutes = DepthMinutes())
       arguments.insert(arguments.end(), {"--proxy-minutes", fmt::format("{:g}", *minutes)});
@@ -323,16 +346,9 @@ class Run {
     stages_->Start("proxy", "lumi-proxy", std::move(arguments));
   }
 
-  // The width of auto's depth maps; no value: as auto takes it, or from their minutes. How long several machines take
-  // is not known, so that parts have a width.
-  std::optional<int> DepthWidth() const {
-    constexpr int kWidthOfParts = 640;
-    if (options_.depth_width_px || options_.parts <= 1) return options_.depth_width_px;
-    return options_.proxy_minutes == 0.0 ? std::nullopt : std::optional(kWidthOfParts);
-  }
   bool DepthMapsInParts() const {
     if (options_.parts <= 1) return false;
-    return options_.proxy == "dense" || (options_.proxy == "auto" && DepthWidth());
+    return options_.proxy == "dense" || (options_.proxy == "auto" && options_.proxy_minutes != 0.0);
   }
 
   void MakeSilhouettes() {
@@ -372,7 +388,7 @@ class Run {
       return;
     }
     holdout_folder_ = summary_.scene / "holdout";
-    StartRender("holdout", holdout_folder_,
+    StartRender(kHoldout, holdout_folder_,
                 {"--holdout", options_.holdout_each ? "each" : std::to_string(options_.holdout)});
   }
 
@@ -384,7 +400,7 @@ class Run {
       arguments.insert(arguments.end(), {"--fidelity-db", fmt::format("{}", options_.video_fidelity_db)});
     if (options_.video_fill) arguments.insert(arguments.end(), {"--border", "fill"});
     // Fronts measured since the film was made choose other samples.
-    StartRender("video", summary_.video, std::move(arguments), {"fronts"});
+    StartRender(kVideo, summary_.video, std::move(arguments), {"fronts"});
   }
 
   void MakeWebPage() {
@@ -461,7 +477,8 @@ class Run {
   PipelineSummary summary_;
   std::optional<StageRunner> stages_;  // once it is known where the scene goes
   fs::path holdout_folder_;
-  fs::path camera_;  // what lumi-calibrate found; empty: not asked for
+  std::exception_ptr failure_;  // the first of a stage without which there is a scene, and a report
+  fs::path camera_;             // what lumi-calibrate found; empty: not asked for
 };
 
 }  // namespace

@@ -357,19 +357,25 @@ static int LeftOutToMeasure(const Scene& scene, const AutoOptions& options, std:
 
 DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, ProgressSink& progress) {
   Check(options);
-  if (!options.depth_width_px)
-    throw UsageError("--shard needs --depth-width: how long other machines take is not known",
-                     "give the same width to all parts, and to the run without --shard");
+  if (options.proxy_minutes && *options.proxy_minutes > 0)
+    throw UsageError(
+        "--shard goes with --depth-width, not with --proxy-minutes: how long other machines take is unknown",
+        "give the same width to all parts, and to the run without --shard");
   const Scene scene = OpenForProxy(options.scene, progress);
   RequireKeepsProxies(scene);
   const std::vector<std::string> names = Wanted(scene, options);
   const int without = LeftOutToMeasure(scene, options, names.size());
-  const std::vector<Recipe> recipes = Recipes(*options.depth_width_px, without);
+  const DensePlan plan = PlanDense(scene, options, 0);
+  if (plan.width_px == 0) {
+    progress.Message(fmt::format("no depth maps: {}", plan.refused));
+    return {.folder = {}, .part = part, .stereo = {}, .seconds = 0};
+  }
+  const std::vector<Recipe> recipes = Recipes(plan.width_px, without);
   for (const std::string& name : names) {
     const Recipe* recipe = Find(recipes, name);
     if (!recipe || !recipe->dense || MadeBefore(scene, *recipe)) continue;
     DenseRequest request;
-    request.dense.stereo.width = *options.depth_width_px;
+    request.dense.stereo.width = plan.width_px;
     try {
       return RunDensePart({scene.folder, name, {}, false, without}, request, part, progress);
     } catch (const Error& e) {

@@ -200,7 +200,8 @@ struct AutoOptions {
 // best one the scene's active proxy. One that cannot be made or measured is a row with its reason. A proxy of a
 // candidate's name and kind that is there already, of these cameras and points, is taken as it is.
 AutoSummary RunAuto(const AutoOptions& options, ProgressSink& progress);
-// A part of the depth maps that RunAuto measures dense proxies by, so that it finds them. Needs depth_width_px.
+// A part of the depth maps that RunAuto measures dense proxies by, so that it finds them. Not with proxy_minutes, which
+// other machines would take other sizes for.
 DepthPartSummary RunAutoPart(const AutoOptions& options, const Part& part, ProgressSink& progress);
 
 // What proxies a scene has and how they fit: soundness, coverage, depth complexity, blocked lines of sight, distance to

@@ -95,10 +95,9 @@ void AddAuto(Program& program, Requests& r) {
   automatic.Add(
       "--depth-width", r.choice.depth_width_px,
       "Longer side of the depth maps in pixels, 64..8192, instead of what follows from the photos or --proxy-minutes");
-  AddPart(
-      automatic, r.part,
-      "Only part i of n (i from 0) of the depth maps that dense proxies are measured by; needs --depth-width, and a "
-      "run without --shard joins them");
+  AddPart(automatic, r.part,
+          "Only part i of n (i from 0) of the depth maps that dense proxies are measured by, without --proxy-minutes; "
+          "a run without --shard joins them");
   automatic
       .Add(
           "--candidates", r.choice.candidates,
@@ -194,7 +193,7 @@ void AddDense(Program& program, Requests& r) {
       .Default();
   dense
       .Add("--faces", d.dense.faces,
-           "Of the mesh, >= 1000: those go that the photos show least of; 0: all are kept, three a point or so")
+           "Of the mesh, >= 1000: those go that the photos show least of; 0: all are kept, two a point or so")
       .Default();
   dense.Add("--memory-mb", d.dense.stereo.memory_mb, "Of depth maps kept in memory; the others wait on disk, >= 64")
       .Default();

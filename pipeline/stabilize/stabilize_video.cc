@@ -115,6 +115,7 @@ class StabilizeRun {
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
     RequireOurFolder(work_, "state.json");
+    RequireNoOtherFilms();
     const FolderLock lock(work_);
     OpenState();
     MakeWindows();
@@ -399,6 +400,19 @@ class StabilizeRun {
     return files;
   }
 
+  fs::path SplitScreenFile() const { return Beside(o_.output, "-split.mp4"); }
+  fs::path FalseColorFile() const { return Beside(o_.output, "-false-color.mp4"); }
+  // The names of these films follow from -o: the user has not seen them, and a film of that name may be another.
+  void RequireNoOtherFilms() const {
+    std::error_code error;
+    if (fs::exists(work_ / "state.json", error)) return;
+    for (const auto& [wanted, file] :
+         {std::pair(o_.split_screen, SplitScreenFile()), std::pair(o_.false_color, FalseColorFile())})
+      if (wanted && fs::exists(file, error))
+        throw UsageError(fmt::format("{} is there and would be written: nothing was touched", file.string()),
+                         "choose another -o, or move that film");
+  }
+
   // The result's frames by their number, all of the first one's size.
   std::function<Image8(int)> Frames(const char* folder, const Eigen::Vector2i& size_px) const {
     return [files = FramesOf(folder), size_px](int i) {
@@ -431,12 +445,12 @@ class StabilizeRun {
       return Image8();
     };
     if (o_.split_screen) {
-      summary_.split_screen = Beside(o_.output, "-split.mp4");
+      summary_.split_screen = SplitScreenFile();
       const auto both = [&](int i) { return SplitScreen(filmed(i), steadied(i)); };
       write(summary_.split_screen, both, sound, "writing split screen");
     }
     if (o_.false_color) {
-      summary_.false_color = Beside(o_.output, "-false-color.mp4");
+      summary_.false_color = FalseColorFile();
       write(summary_.false_color, Frames("false-color", ResultSize_px()), {}, "writing false colours");
     }
   }

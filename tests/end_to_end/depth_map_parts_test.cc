@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
@@ -37,22 +38,21 @@ class DepthMapParts : public testing::Test {
 };
 
 TEST_F(DepthMapParts, GiveTheProxiesOfARunWithoutThem) {
-  for (const std::string proxy : {"auto", "dense"}) {
-    const std::vector<std::string> width =
-        proxy == "auto" ? std::vector<std::string>{"--depth-width", "96"} : std::vector<std::string>{};
-    std::vector<std::string> here{"--proxy", proxy};
-    here.insert(here.end(), width.begin(), width.end());
+  const std::map<std::string, std::vector<std::string>> runs = {{"usual", {"--proxy", "auto"}},
+                                                                {"auto", {"--proxy", "auto", "--depth-width", "96"}},
+                                                                {"dense", {"--proxy", "dense"}}};
+  for (const auto& [name, here] : runs) {
     std::vector<std::string> there = here;
     there.insert(there.end(), {"--executor", "slurm", "--parts", "3", "--threads", "1"});
-    const ProgramResult whole = Run(proxy + "-here", here);
+    const ProgramResult whole = Run(name + "-here", here);
     ASSERT_EQ(whole.exit_code, 0) << whole.err;
-    const ProgramResult parts = Run(proxy + "-there", there);
+    const ProgramResult parts = Run(name + "-there", there);
     ASSERT_EQ(parts.exit_code, 0) << parts.err;
     std::size_t meshes = 0;
-    for (const auto& entry : fs::directory_iterator(capture_ / (proxy + "-here") / "proxies")) {
+    for (const auto& entry : fs::directory_iterator(capture_ / (name + "-here") / "proxies")) {
       if (entry.path().extension() != ".ply") continue;
       ++meshes;
-      EXPECT_EQ(ReadText(entry.path()), ReadText(capture_ / (proxy + "-there") / "proxies" / entry.path().filename()))
+      EXPECT_EQ(ReadText(entry.path()), ReadText(capture_ / (name + "-there") / "proxies" / entry.path().filename()))
           << entry.path().filename();
     }
     EXPECT_GT(meshes, 0U);
@@ -61,10 +61,10 @@ TEST_F(DepthMapParts, GiveTheProxiesOfARunWithoutThem) {
     const json stages = json::parse(parts.out)["stages"];
     ASSERT_GE(stages.size(), 3U);
     EXPECT_EQ(stages[1]["name"], "depth-maps");
-    EXPECT_FALSE(fs::exists(capture_ / (proxy + "-there") / "provenance" / "jobs"));
+    EXPECT_FALSE(fs::exists(capture_ / (name + "-there") / "provenance" / "jobs"));
     // Again there is nothing to do, and no array is submitted.
     fs::remove(capture_ / "bin" / "submitted");
-    const ProgramResult again = Run(proxy + "-there", there);
+    const ProgramResult again = Run(name + "-there", there);
     ASSERT_EQ(again.exit_code, 0) << again.err;
     EXPECT_THAT(ReadText(capture_ / "bin" / "submitted"), Not(HasSubstr("--array")));
     EXPECT_EQ(json::parse(again.out)["stages"][1]["reused"], true);

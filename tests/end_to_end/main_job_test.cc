@@ -221,6 +221,17 @@ TEST_F(MainJob, AWorkspaceIsImportedAndLeftAsItWas) {
     EXPECT_TRUE(reused) << stage;
 }
 
+// Kills this program among those that work on the scene.
+bool Strike(const fs::path& scene, const std::string& program, int signal) {
+  bool struck = false;
+  for (const pid_t pid : ProcessesNaming(scene)) {
+    std::error_code gone;  // a process of the list may have ended since
+    const fs::path exe = fs::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone);
+    if (!gone && exe.filename() == program) struck = ::kill(pid, signal) == 0;
+  }
+  return struck;
+}
+
 // One scene, interrupted and killed at every stage, each time gone on with.
 TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
   const fs::path scene = *capture_ / "killed";
@@ -239,7 +250,7 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
         Blow{"reconstruct: matching photos", SIGKILL, Who::kStage, "lumi-reconstruct"},
         Blow{"reconstruct: placing cameras", SIGINT, Who::kPipeline, ""},
         Blow{"reconstruct: placing cameras", SIGKILL, Who::kPipeline, ""}, Blow{"proxy: ", SIGINT, Who::kPipeline, ""},
-        Blow{"proxy: ", SIGKILL, Who::kPipeline, ""}, Blow{"holdout: ", SIGKILL, Who::kStage, "lumi-render"},
+        Blow{"proxy: ", SIGKILL, Who::kPipeline, ""}, Blow{"proxy: ", SIGKILL, Who::kStage, "lumi-proxy"},
         Blow{"holdout: ", SIGINT, Who::kPipeline, ""}, Blow{"video: ", SIGKILL, Who::kPipeline, ""},
         Blow{"video: ", SIGINT, Who::kPipeline, ""}}) {
     SCOPED_TRACE(blow.at + " signal " + std::to_string(blow.signal) + " to " +
@@ -249,13 +260,7 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
     if (blow.who == Who::kPipeline) {
       run.Signal(blow.signal);
     } else {
-      bool struck = false;
-      for (const pid_t pid : ProcessesNaming(scene)) {
-        std::error_code gone;  // a process of the list may have ended since
-        const fs::path program = fs::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone);
-        if (!gone && program.filename() == blow.program) struck = ::kill(pid, blow.signal) == 0;
-      }
-      EXPECT_TRUE(struck);
+      EXPECT_TRUE(Strike(scene, blow.program, blow.signal));
     }
     const ProgramResult result = run.Wait();
     const int expected = blow.signal == SIGINT ? 130 : blow.who == Who::kPipeline ? 128 + SIGKILL : 4;
@@ -271,6 +276,16 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
       EXPECT_EQ(OpenScene(scene, {}, SilentProgress()).views.size(), static_cast<std::size_t>(kViews));
     }
   }
+  // Where it is the page's program that is killed, all else is there, with a report, and the run says that it failed.
+  ChildProgram run(FromPhotos(scene), environment);
+  ASSERT_TRUE(run.WaitForErrorText("web: ")) << run.Wait().err;
+  EXPECT_TRUE(Strike(scene, "lumi-export", SIGKILL));
+  const ProgramResult failed = run.Wait();
+  EXPECT_EQ(failed.exit_code, 4) << failed.err;
+  EXPECT_THAT(failed.err, HasSubstr("web failed"));
+  EXPECT_FALSE(fs::exists(scene / "web.html"));
+  EXPECT_TRUE(fs::exists(scene / "report.html"));
+  EXPECT_TRUE(fs::exists(scene / "fly-through.mp4"));
   EXPECT_EQ(Contents(capture_->photos()), photos_before);
 
   const json last = RunDone(FromPhotos(scene));
@@ -278,10 +293,26 @@ TEST_F(MainJob, GoesOnAfterInterruptsAndKillsAtEveryStage) {
   EXPECT_TRUE(reused.at("reconstruct"));
   EXPECT_TRUE(reused.at("proxy"));
   EXPECT_TRUE(reused.at("holdout"));
-  EXPECT_FALSE(reused.at("video"));
+  EXPECT_TRUE(reused.at("video"));
+  EXPECT_FALSE(reused.at("web"));
   EXPECT_EQ(Files(scene), Files(ScenePath()));
   EXPECT_NEAR(StageSummary(last, "holdout")["psnr_mean_db"].get<double>(),
               StageSummary(first_, "holdout")["psnr_mean_db"].get<double>(), kSamePsnrDb);
+}
+
+TEST_F(MainJob, AReportIsWrittenWhereThePageFails) {
+  const fs::path scene = *capture_ / "blocked";
+  fs::copy(ScenePath(), scene, fs::copy_options::recursive);
+  fs::remove(scene / "web.html");
+  fs::remove(scene / "report.html");
+  fs::create_directories(scene / "web.html" / "theirs");
+  const ProgramResult run =
+      RunProgram({"lumi-pipeline", scene.string(), "--proxy", "plane", "--holdout", "4", "--no-video", "--json"});
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("web failed"));
+  EXPECT_THAT(run.ErrorLines().back(), HasSubstr("web.html"));
+  EXPECT_TRUE(fs::exists(scene / "report.html"));
+  EXPECT_TRUE(fs::exists(scene / "web.html" / "theirs"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/scene_folder.h"
 #include "tests/support/occurrences.h"
 #include "tests/support/simulated_capture.h"
 
@@ -129,11 +130,28 @@ TEST_F(PipelinePriceTest, ASecondRunWithTheSameMinutesHasNothingToDo) {
   for (const json& stage : again["stages"]) EXPECT_TRUE(stage["reused"].get<bool>()) << stage["name"];
 }
 
+TEST_F(PipelinePriceTest, ABudgetOfAFrameChoosesTheProxy) {
+  const auto chosen = [&](const char* budget_ms) {
+    const json done = Done(Run("budget", {"--budget-ms", budget_ms, "--proxy-minutes", "0", "--no-video", "--no-web"}));
+    for (const json& stage : done["stages"])
+      if (stage["name"] == "proxy") return stage["summary"];
+    return json();
+  };
+  const json fastest = chosen("0.000001");
+  EXPECT_EQ(fastest["budget_ms"], 0.000001);
+  EXPECT_THAT(fastest["reason"].get<std::string>(), HasSubstr("none is within"));
+  const json any = chosen("1000000");
+  EXPECT_THAT(any["reason"].get<std::string>(), HasSubstr("within 1e+06 ms a frame"));
+  EXPECT_EQ(OpenScene(*capture_ / "budget", {}, SilentProgress()).active_proxy, any["name"].get<std::string>());
+}
+
 TEST_F(PipelinePriceTest, WhatDoesNotGoTogetherIsRefused) {
   for (const auto& [more, says] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"--minutes", "0"}, "--minutes is above 0"},
            {{"--minutes", "nan"}, "--minutes"},
            {{"--minutes", "3", "--proxy-minutes", "1"}, "give one of --minutes and --proxy-minutes"},
+           {{"--budget-ms", "0"}, "--budget-ms must be above 0"},
+           {{"--budget-ms", "5", "--proxy", "plane"}, "--budget-ms goes with --proxy auto"},
            {{"--minutes", "3", "--stabilize", "smooth"}, "--minutes is for a scene"}}) {
     const ProgramResult result = Run("refused", more);
     EXPECT_EQ(result.exit_code, 2) << says;

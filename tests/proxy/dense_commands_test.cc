@@ -256,7 +256,8 @@ TEST_F(DenseProgram, AutoTakesPartsOfTheMaps) {
     all.insert(all.end(), more.begin(), more.end());
     return all;
   };
-  EXPECT_THAT(RunProgram(command({"--shard", "0/2"})).err, HasSubstr("--shard needs --depth-width"));
+  EXPECT_THAT(RunProgram(command({"--shard", "0/2", "--proxy-minutes", "3"})).err,
+              HasSubstr("not with --proxy-minutes"));
   EXPECT_THAT(RunProgram(command({"--depth-width", "96", "--proxy-minutes", "3"})).err, HasSubstr("give one of"));
   EXPECT_THAT(RunProgram(command({"--depth-width", "9"})).err, HasSubstr("--depth-width must be 64 to 8192"));
   bool finished = false;
@@ -266,6 +267,7 @@ TEST_F(DenseProgram, AutoTakesPartsOfTheMaps) {
       finished &= Done(command({"--depth-width", "96", "--shard", shard}))["finished"].get<bool>();
   }
   EXPECT_THAT(RunProgram(command({"--depth-width", "64"})).err, HasSubstr("there width 96, here width 64"));
+  EXPECT_THAT(RunProgram(command({"--shard", "0/2"})).err, HasSubstr("there width 96, here width 640"));
   const json chosen = Done(command({"--depth-width", "96"}));
   EXPECT_EQ(chosen["name"], "dense");
   const std::string figures = ReadText(ProxyPath(path_, "dense-without-4").replace_extension(".json"));
@@ -327,6 +329,10 @@ TEST_F(DenseProgram, AutoMakesItUnasked) {
   const json refused = Done(again)["candidates"][1];
   EXPECT_EQ(refused["name"], "dense");
   EXPECT_THAT(refused["refused"].get<std::string>(), HasSubstr("--proxy-minutes or --depth-width asks for"));
+  again.insert(again.end(), {"--shard", "0/2"});
+  const ProgramResult part = RunProgram(again);
+  EXPECT_EQ(json::parse(part.out)["folder"], "");
+  EXPECT_THAT(part.err, HasSubstr("no depth maps: the scene repeats itself"));
 }
 
 TEST_F(DenseProgram, SaysWhatIsWrong) {
