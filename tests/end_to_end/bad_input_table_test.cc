@@ -176,6 +176,10 @@ class Cases {
     AddInput("an empty folder", "photos", [](const fs::path& p) { fs::create_directories(p); });
     AddInput("a folder without photos", "photos",
              [](const fs::path& p) { WriteTextAtomically(p / "notes.txt", "no photo"); });
+    AddInput("a folder with one film, and what a desktop left beside it", "films", [](const fs::path& p) {
+      WriteTextAtomically(p / "walk.mp4", "a film");
+      WriteTextAtomically(p / "._walk.mp4", "a desktop's");
+    });
     AddInput("files that are called photos and are none", "photos", [](const fs::path& p) {
       WriteTextAtomically(p / "a.jpg", "no photo");
       WriteTextAtomically(p / "b.jpg", "no photo");
@@ -198,6 +202,11 @@ class Cases {
     AddStabilize("a film of one frame, with `--stabilize`", "walk.mp4", {}, [](const fs::path& p) {
       Ffmpeg({"-f", "lavfi", "-i", "testsrc=s=160x120:r=25:d=0.04", "-c:v", "mpeg4", p.string()});
     });
+    AddStabilize("a film of another beside `-o steady.mp4` (`--stabilize --split-screen`)", "walk.mp4",
+                 {"--split-screen"}, [](const fs::path& p) {
+                   Ffmpeg({"-f", "lavfi", "-i", "testsrc=s=160x120:r=25:d=0.4", "-c:v", "mpeg4", p.string()});
+                   WriteTextAtomically(p.parent_path() / "steady-split.mp4", "another film");
+                 });
     Add("masks of other photos (`lumi-reconstruct --masks`)", [](const fs::path& f) {
       MakeSmallScene(f / "photos", 4);
       Photo(f / "masks/other.png");
