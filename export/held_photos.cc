@@ -11,13 +11,18 @@
 
 namespace lumi {
 
-int HalvingsToHold(const Scene& scene, int longest_px, double copies, ProgressSink& sink) {
+int HalvingsToHold(const Scene& scene, double most_pixels, double copies, ProgressSink& sink) {
   constexpr double kShare = 0.6;      // of the free memory, as for rendering
   constexpr int kLeastLongest = 512;  // a smaller photo shows nothing of a scene
   int longest = 1;
   for (const View& view : scene.views) longest = std::max(longest, SizePx(scene, view).maxCoeff());
+  const auto pixels = [&](int halved) {
+    double sum = 0;
+    for (const View& view : scene.views) sum += HalvedSize(SizePx(scene, view), halved).cast<double>().prod();
+    return sum;
+  };
   int halvings = 0;
-  while (longest_px > 0 && longest >> halvings > longest_px) ++halvings;
+  while (most_pixels > 0 && pixels(halvings) > most_pixels && longest >> (halvings + 1) >= kLeastLongest) ++halvings;
   const auto bytes = [&](int halved) {
     double sum = 0;
     for (const View& view : scene.views)

@@ -7,8 +7,8 @@
 namespace lumi {
 
 // How often photos are halved when they are read (PhotoOptions::halvings), so that `copies` of all of them fit into six
-// tenths of the free memory and none is longer than longest_px; 0: no bound. Says so where memory is the reason. Throws
-// MachineError where not even photos of some hundred pixels fit.
-int HalvingsToHold(const Scene& scene, int longest_px, double copies, ProgressSink& sink);
+// tenths of the free memory and all together have at most so many pixels; 0: no bound. Says so where memory is the
+// reason. Throws MachineError where not even photos of some hundred pixels fit.
+int HalvingsToHold(const Scene& scene, double most_pixels, double copies, ProgressSink& sink);
 
 }  // namespace lumi

@@ -37,6 +37,7 @@ constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
 constexpr double kSameCodes = 1;
 // Of a coarser JPEG, or a smaller photo, nothing is expected that fewer photos do not do better.
 constexpr int kMostEvery = 4;
+constexpr std::size_t kLeastKept = 8;  // photos
 // How many of the reductions that fit are rendered: those with the most bytes.
 constexpr std::size_t kMostTried = 6;
 
@@ -183,6 +184,13 @@ Image8 DecodeJpeg(const std::string& jpeg) {
   return image;
 }
 
+double MostPixelsWithin(std::size_t photos, double max_bytes) {
+  constexpr double kLeastBytesAPixel = 0.02;  // of a blurred photo's JPEG at the lowest quality
+  int every = 1;
+  while (every < kMostEvery && photos / static_cast<std::size_t>(every + 1) >= kLeastKept) ++every;
+  return every * max_bytes / kLeastBytesAPixel;
+}
+
 ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction, ProgressSink& sink) {
   const Scene& whole = lumigraph.scene();
   ReducedPhotos reduced;
@@ -219,7 +227,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
   const std::vector<double> scales = ScalesOf(lumigraph);
   std::vector<PhotoReduction> fitting;
   for (int every = 1; every <= kMostEvery; ++every) {
-    if (every > 1 && lumigraph.scene().views.size() / static_cast<std::size_t>(every) < 8) break;
+    if (every > 1 && lumigraph.scene().views.size() / static_cast<std::size_t>(every) < kLeastKept) break;
     for (double scale : scales) {
       if (max_width_px > 0) scale = std::min(scale, static_cast<double>(max_width_px) / widest);
       // The best quality that fits.

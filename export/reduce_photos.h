@@ -33,6 +33,9 @@ struct ReducedPhotos {
 ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
                         std::vector<PhotoReduction>& tried, ProgressSink& sink);
 
+// Of photos with more pixels together no reduction at their full size fits into max_bytes: they may be held smaller.
+double MostPixelsWithin(std::size_t photos, double max_bytes);
+
 ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction, ProgressSink& sink);
 
 // Quality 0..100.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "export/held_photos.h"
 #include "export/own_output.h"
@@ -25,7 +26,6 @@ namespace {
 constexpr double kPathSeconds = 12, kPathFps = 30;
 // The largest share of the page's megabytes that the proxy may take.
 constexpr double kMostOfProxy = 0.5;
-constexpr int kLongestPx = 4096;  // photos that are longer are halved: no screen of a browser shows more
 constexpr const char* kDataMarker = ".lumi-web-data";  // in a scene folder that --as-scene made, even if unfinished
 constexpr double kTradeoffMb[] = {4, 8, 16, 32, 64};
 
@@ -107,8 +107,10 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   if (!lumigraph.one_mesh())
     throw UsageError("a web page needs one proxy for all views",
                      "make one with lumi-proxy auto, and leave --proxy out");
-  // The photos, and those that a reduction has made of them.
-  lumigraph.ReadPhotos(sink, HalvingsToHold(lumigraph.scene(), kLongestPx, 2, sink));
+  const double most_mb = o.tradeoff ? kTradeoffMb[std::size(kTradeoffMb) - 1] : o.max_mb;
+  // In memory are the photos, and those that a reduction has made of them.
+  lumigraph.ReadPhotos(sink, HalvingsToHold(lumigraph.scene(),
+                                            MostPixelsWithin(lumigraph.scene().views.size(), 1e6 * most_mb), 2, sink));
   const CameraPath path = PathThroughPhotos(lumigraph.scene(), kPathSeconds, kPathFps);
   const Eigen::Vector2i film = FilmSize(lumigraph.scene());
   lumigraph.ChooseMeasures(SamplePath(path, film.x(), film.y()), {});

@@ -97,8 +97,8 @@ class Run {
     });
     try {
       Report();
-    } catch (...) {
-      if (!failure_) throw;
+    } catch (const Error& e) {
+      if (!failure_ || e.code() == ExitCode::kInterrupted) throw;
     }
     if (failure_) std::rethrow_exception(failure_);
     summary_.stages = stages_->results();

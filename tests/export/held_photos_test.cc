@@ -34,13 +34,14 @@ Scene PhotosOf(int width_px, int height_px, int count) {
   return scene;
 }
 
-TEST(HeldPhotos, AreWholeWhereTheyFitAndNoLongerThanTheyMayBe) {
+TEST(HeldPhotos, AreWholeWhereTheyFitAndNoLargerThanAPageCouldHave) {
   Messages sink;
   EXPECT_EQ(HalvingsToHold(PhotosOf(640, 480, 5), 0, 1, sink), 0);
-  EXPECT_EQ(HalvingsToHold(PhotosOf(4096, 3072, 2), 4096, 1, sink), 0);
-  EXPECT_EQ(HalvingsToHold(PhotosOf(4100, 3072, 2), 4096, 1, sink), 1);
-  EXPECT_EQ(HalvingsToHold(PhotosOf(9504, 7128, 2), 4096, 2, sink), 2);
-  EXPECT_THAT(sink.said, IsEmpty()) << "no screen shows more: nothing to say";
+  EXPECT_EQ(HalvingsToHold(PhotosOf(4000, 3000, 2), 24e6, 1, sink), 0);
+  EXPECT_EQ(HalvingsToHold(PhotosOf(4000, 3000, 3), 24e6, 1, sink), 1);
+  EXPECT_EQ(HalvingsToHold(PhotosOf(4000, 3000, 9), 24e6, 2, sink), 2);
+  EXPECT_EQ(HalvingsToHold(PhotosOf(1000, 750, 9), 1, 2, sink), 0) << "a smaller photo shows nothing";
+  EXPECT_THAT(sink.said, IsEmpty()) << "no page would have more: nothing to say";
 }
 
 TEST(HeldPhotos, AreHalvedUntilTheyFit) {
@@ -52,7 +53,8 @@ TEST(HeldPhotos, AreHalvedUntilTheyFit) {
   scene = PhotosOf(8000, 6000, static_cast<int>(4 * free / one));
   EXPECT_EQ(HalvingsToHold(scene, 0, 1, sink), 2);
   EXPECT_THAT(sink.said, ElementsAre(HasSubstr("they are halved 2 times")));
-  EXPECT_EQ(HalvingsToHold(scene, 4096, 1, sink), 2) << "once for the screen, once for the memory";
+  const double half = 48e6 / 4 * static_cast<double>(scene.views.size());
+  EXPECT_EQ(HalvingsToHold(scene, half, 1, sink), 2) << "once for the page, once for the memory";
   EXPECT_THAT(sink.said.back(), testing::EndsWith("they are halved"));
   EXPECT_EQ(HalvingsToHold(scene, 0, 4, sink), 3) << "four copies";
 }
