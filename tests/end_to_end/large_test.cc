@@ -88,8 +88,9 @@ TEST_F(Large, PhotosOfSixtyMegapixelsTakeTheMemoryThatIsSaid) {
   constexpr int kThreads = 2;
   // docs/large.md: 9 bytes a pixel a thread, four photos as they are drawn, and 600 MB beside.
   const double photo_mb = static_cast<double>(width) * height / 1e6;
-  const ProgramResult made = RunProgram({"lumi-pipeline", workspace, "-o", folder_ / "scene", "--proxy", "plane",
-                                         "--holdout", "0", "--no-video", "--threads", std::to_string(kThreads)});
+  const ProgramResult made =
+      RunProgram({"lumi-pipeline", workspace, "-o", folder_ / "scene", "--proxy", "plane", "--holdout", "0",
+                  "--no-video", "--no-web", "--threads", std::to_string(kThreads)});
   Print("4 photos of 68 megapixels, a scene", made);
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_LT(made.peak_memory_mb, 600 + 9 * photo_mb * kThreads);
@@ -98,6 +99,20 @@ TEST_F(Large, PhotosOfSixtyMegapixelsTakeTheMemoryThatIsSaid) {
   Print("4 photos of 68 megapixels, a picture", drawn);
   ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
   EXPECT_LT(drawn.peak_memory_mb, 600 + 9 * photo_mb * kThreads + 4 * 5.4 * photo_mb);
+  // A page holds the photos twice; where they do not fit, halved.
+  const std::vector<std::string> page{"lumi-export",         "web",       folder_ / "scene",       "-o",
+                                      folder_ / "page.html", "--threads", std::to_string(kThreads)};
+  const ProgramResult whole = RunProgram(page);
+  Print("4 photos of 68 megapixels, a page", whole);
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_LT(whole.peak_memory_mb, 600 + 9 * photo_mb * kThreads + 2 * 4 * 5.4 * photo_mb);
+  fs::remove(folder_ / "page.html");
+  const ProgramResult halved = RunWithin(4'000'000, page);
+  Print("4 photos of 68 megapixels, a page within 4 GB of addresses", halved);
+  ASSERT_EQ(halved.exit_code, 0) << halved.err;
+  EXPECT_THAT(halved.err, HasSubstr("they are halved"));
+  EXPECT_LT(halved.peak_memory_mb, whole.peak_memory_mb);
+  EXPECT_TRUE(fs::exists(folder_ / "page.html"));
 }
 
 TEST_F(Large, AHundredThousandPhotosAreListedInLittleMemory) {
