@@ -58,9 +58,9 @@ struct Capture {
 Capture FindPhotos(const std::filesystem::path& folder, ProgressSink& sink);
 
 // 8-bit copies of what COLMAP cannot read, beside links to the others, in `staging`; returns the capture that COLMAP
-// shall see (the same one where nothing needs a copy or another name). A converted photo is named NAME.png, of HEIC and AVIF NAME.jpg; names that
-// COLMAP's lists or JSON cannot hold are those of photo_names.h, and a message says so. A converted photo that turns
-// out to be unreadable is left out.
+// shall see (the same one where nothing needs a copy or another name). A converted photo is named NAME.png, of HEIC and
+// AVIF NAME.jpg; names that COLMAP's lists or JSON cannot hold are those of photo_names.h, and a message says so. A
+// converted photo that turns out to be unreadable is left out.
 Capture StageForColmap(const Capture& capture, const std::filesystem::path& staging, ProgressSink& sink);
 
 // The photos' numbers (frame_000123.jpg: 123) as frames of a video at `fps`. Throws DataError naming the photo without
