@@ -27,9 +27,10 @@ constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
-constexpr double kFinerScales[] = {0.1875, 0.125, 0.09375, 0.0625};  // of photos that are this long then, at least
+// Of photos whose longer side then has at least kLeastLongestPx.
+constexpr double kFinerScales[] = {0.1875, 0.125, 0.09375, 0.0625};
 constexpr double kLeastLongestPx = 640;
-// Photos are judged at this longer side, at most.
+// Longer side of the pictures that reductions are judged by, at most.
 constexpr int kMostJudgedPx = 3200;
 constexpr int kQualities[] = {kAsTheyAre, kBestCoded, 92, 85, 75, 60, 45};
 // Largest mean difference of code values between two decoders of one JPEG. Beyond it, the photo was rotated, corrected
@@ -102,18 +103,18 @@ PagePhoto PhotoOf(const Lumigraph& lumigraph, int view, const Eigen::Vector2i& s
 double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   const std::vector<int> kept = Kept(lumigraph.scene(), r.every);
   const std::size_t step = std::max<std::size_t>(1, kept.size() / kSamples);
-  std::vector<double> bytes;
-  for (std::size_t i = step / 2; i < kept.size(); i += step) bytes.push_back(0);
-  ParallelFor(bytes.size(), 1, [&](std::size_t begin, std::size_t end) {
+  std::vector<int> samples;
+  for (std::size_t i = step / 2; i < kept.size(); i += step) samples.push_back(kept[i]);
+  std::vector<std::size_t> bytes(samples.size());
+  ParallelFor(samples.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const int view = kept[step / 2 + n * step];
       const Scene& scene = lumigraph.scene();
-      const Eigen::Vector2i size = Scaled(SizePx(scene, scene.views[static_cast<std::size_t>(view)]), r.scale);
-      bytes[n] = static_cast<double>(PhotoOf(lumigraph, view, size, r.quality).jpeg.size());
+      const Eigen::Vector2i size = Scaled(SizePx(scene, scene.views[static_cast<std::size_t>(samples[n])]), r.scale);
+      bytes[n] = PhotoOf(lumigraph, samples[n], size, r.quality).jpeg.size();
     }
   });
-  return std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(bytes.size()) *
-         static_cast<double>(kept.size());
+  const std::size_t all = std::accumulate(bytes.begin(), bytes.end(), std::size_t{0});
+  return static_cast<double>(all) / static_cast<double>(samples.size()) * static_cast<double>(kept.size());
 }
 
 // Mean PSNR of the held-out photos (at most kJudges), over the pixels that are seen. Also sets reduction.own.
@@ -246,7 +247,7 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
     }
     if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= scales.front() - 1e-9 &&
         fitting.back().quality >= kBestCoded)
-      break;  // all of them fit at full size with hardly any loss
+      break;  // all of them fit as large as they are held, with hardly any loss
   }
   if (fitting.empty())
     throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",

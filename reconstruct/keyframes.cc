@@ -89,9 +89,9 @@ std::vector<int> SelectKeyframes(const std::vector<FrameStatistics>& frames, con
   double spacing = options.spacing;
   if (options.count > 1)
     spacing = total / (options.count - 1);
-  else if (total / spacing > options.max_count - 1)
+  else if (total / spacing > options.usual_count - 1)
     spacing =
-        std::min(total / (options.max_count - 1), std::max(options.max_spacing, total / (options.most_count - 1)));
+        std::max(std::min(total / (options.usual_count - 1), options.max_spacing), total / (options.max_count - 1));
   if (!(total > 0) || total < 0.5 * options.spacing) {
     if (!frames.empty()) keyframes.push_back(0);
     return keyframes;

@@ -28,9 +28,9 @@ VideoStatistics AnalyseVideo(const std::filesystem::path& video, ProgressSink& s
 struct KeyframeOptions {
   int count = 0;             // how many; 0: one for each `spacing` of movement
   double spacing = 0.06;     // image widths of movement between keyframes
-  int max_count = 240;       // the spacing grows where it would give more, up to max_spacing
-  double max_spacing = 0.2;  // where neighbours still share most of what they show: then there are more, up to ...
-  int most_count = 1000;     // ... so many. The spacing grows without bound for longer videos
+  int usual_count = 240;     // the spacing grows to keep to it, up to ...
+  double max_spacing = 0.2;  // ... this, at which neighbours still share most of what they show; then there are more
+  int max_count = 1000;      // the spacing grows beyond max_spacing to keep to it
   double window = 0.35;      // a keyframe may lie this fraction of the spacing off its place to be sharper
 };
 

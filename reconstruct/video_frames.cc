@@ -128,11 +128,10 @@ Capture ExtractKeyframes(const ReconstructOptions& options, const fs::path& work
   double moved = 0;
   for (const FrameStatistics& frame : video.frames) moved += frame.step;
   const double apart = moved / static_cast<double>(chosen.size() - 1);
-  sink.Message(fmt::format("{} keyframes of {} frames, {:.0f} % of a picture's width apart{}", capture.photos.size(),
-                           capture.video_frames, 100 * apart,
-                           apart > choice.max_spacing
-                               ? ": neighbours may share too little; --keyframes N takes more, and cuts of it take less"
-                               : ""));
+  sink.Message(fmt::format(
+      "{} keyframes of {} frames, {:.0f} % of a picture's width apart{}", capture.photos.size(), capture.video_frames,
+      100 * apart,
+      apart > choice.max_spacing ? ": neighbours may share too little (--keyframes N takes more of them)" : ""));
   return capture;
 }
 

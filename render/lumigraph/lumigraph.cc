@@ -98,16 +98,9 @@ std::optional<std::size_t> Lumigraph::RoomForPhotos() const {
   constexpr std::size_t kMb = 1 << 20;
   constexpr std::size_t kLeast = 4 * kMb;
   // Visibility maps and pictures, which come later; a graphics processor has both, too.
-  constexpr std::size_t kComparedBytesAPixel = 80;  // two pictures, the photo, 8-bit copies, and SSIM's of floats
   std::size_t others = (options_.graphics ? 640 : 320) * kMb;
-  if (options_.compares_whole_photos) {
-    std::size_t pixels = 0;
-    for (const View& view : scene_.views) {
-      const Eigen::Vector2i size = SizePx(scene_, view);
-      pixels = std::max(pixels, static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()));
-    }
-    others = std::max(others, others / 2 + kComparedBytesAPixel * pixels);
-  }
+  // 80 bytes a pixel (two pictures, the photo, 8-bit copies, and SSIM's floats), where the photo's pyramid has 4.
+  if (options_.compares_whole_photos) others = std::max(others, others / 2 + 80 / 4 * LargestPhoto());
   const std::size_t all = options_.memory_mb > 0
                               ? static_cast<std::size_t>(options_.memory_mb) * kMb
                               : static_cast<std::size_t>(kShare * static_cast<double>(AvailableMemory()));

@@ -15,7 +15,10 @@ Photo LoadPhoto(const Scene& scene, ViewId view, const PhotoOptions& options) {
   Image8 pixels = ReadImage8(scene.ImagePath(of), 3);
   if (of.correction) Correct(*of.correction, pixels);
   photo.levels = BuildPyramid(std::move(pixels), options.pyramids ? 0 : 1 + options.halvings);
-  return options.halvings > 0 ? HalvedTo(photo, options.halvings) : photo;
+  const int finer = std::min(options.halvings, static_cast<int>(photo.levels.size()) - 1);
+  photo.levels.erase(photo.levels.begin(), photo.levels.begin() + finer);
+  photo.level0_shift = finer;
+  return photo;
 }
 
 Eigen::Vector2i HalvedSize(const Eigen::Vector2i& size_px, int halvings) {

@@ -20,7 +20,8 @@ std::uint64_t ResidentMemory();
 void RequireMemory(std::uint64_t bytes, const std::filesystem::path& file, const std::string& hint);
 
 // For loops whose bodies take much memory: as many go on at once as fit into half of what is free, and one in any case.
-// The constructor waits until others have ended. Takes up to 64 MB at once do not wait.
+// The constructor waits until others have ended, unless the body takes 64 MB or less. A thread holds one at a time: of
+// two that do not fit together, the second would wait for ever.
 class MemoryTurn {
  public:
   explicit MemoryTurn(std::uint64_t bytes);

@@ -426,6 +426,11 @@ TEST(LeaveOut, DropsWhatPhotosSawAndPointsThatNeedThem) {
   EXPECT_EQ(keep, (std::vector<bool>{false, true, false, true, false, true, false, true, false}));
   EXPECT_EQ(PhotosWithoutFolds(scene, 4, false),
             (std::vector<bool>{false, true, true, true, false, true, true, true, false}));
+  Scene with_copy = scene;
+  with_copy.views.push_back(scene.views[4]);  // a copy of a photo that is left out
+  EXPECT_FALSE(PhotosWithoutFolds(with_copy, 4, true).back());
+  EXPECT_FALSE(PhotosWithoutEach(with_copy, 4).back());
+  EXPECT_TRUE(PhotosWithoutEach(with_copy, 3).back());
   const Scene less = WithPhotos(scene, keep);
   ASSERT_EQ(less.views.size(), 9u) << "cameras come from all photos";
   EXPECT_LE(less.points.size(), scene.points.size());

@@ -50,8 +50,7 @@ TEST(Keyframes, AWantedNumberAndALimitAreKept) {
   options.count = 12;
   EXPECT_EQ(SelectKeyframes(EvenWalk(500, 0.01), options).size(), 12u);
   options.count = 0;
-  options.max_count = 40;
-  options.max_spacing = 2;
+  options.max_count = options.usual_count = 40;
   const auto limited = SelectKeyframes(EvenWalk(2000, 0.02), options);
   EXPECT_LE(limited.size(), 41u);
   EXPECT_GE(limited.size(), 38u);

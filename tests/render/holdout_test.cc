@@ -56,6 +56,29 @@ TEST(Holdout, TheChoosingFoldDoesNotSeeTheReportingOne) {
   }
 }
 
+// A copy under another name, which is in no fold: it must not help.
+TEST(Holdout, ACopyOfAHeldOutPhotoIsHeldOutWithIt) {
+  OnDisk d(17);
+  test::Capture& c = d.capture;
+  const auto views_of = [&] {
+    const auto renderer = MakeCpuRenderer(WorldOf(c.scene, c.proxy), c.photos);
+    return EvaluateHoldout(c.scene, *renderer, {}, SilentProgress()).views;
+  };
+  const std::vector<HoldoutView> alone = views_of();
+  View copy = c.scene.views[8];
+  copy.name = "view999.png";
+  c.scene.views.push_back(copy);
+  c.photos.push_back(c.photos[8]);
+  const std::vector<HoldoutView> with_copy = views_of();
+  ASSERT_EQ(with_copy.size(), alone.size());
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    EXPECT_EQ(with_copy[i].psnr_db, alone[i].psnr_db);
+    EXPECT_EQ(with_copy[i].nearest_name, alone[i].nearest_name);
+  }
+  EXPECT_FALSE(PhotosWithout(c.scene, 8, Fold::kReport)[17]);
+  EXPECT_TRUE(PhotosWithout(c.scene, 7, Fold::kReport)[17]) << "there, neither is held out";
+}
+
 TEST(Holdout, SmallerPicturesAreComparedWithSmallerPhotosAndPrefilteringPays) {
   OnDisk d(9);
   const auto renderer = MakeCpuRenderer(WorldOf(d.capture.scene, d.capture.proxy), d.capture.photos);

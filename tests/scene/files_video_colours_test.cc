@@ -54,11 +54,16 @@ void SetMatrix(const fs::path& file, const std::array<int, 4>& m) {
   Write(file, bytes);
 }
 
-TEST(VideoColours, FramesAreTurnedAndMirroredAsTheFileSays) {
-  const TempFolder folder;
-  VideoWriter writer(folder / "v.mp4", 25);
+// Three frames of it.
+void WriteCorners(const fs::path& film) {
+  VideoWriter writer(film, 25);
   for (int i = 0; i < 3; ++i) writer.Add(Corners());
   writer.Finish();
+}
+
+TEST(VideoColours, FramesAreTurnedAndMirroredAsTheFileSays) {
+  const TempFolder folder;
+  WriteCorners(folder / "v.mp4");
   const struct {
     std::array<int, 4> matrix;
     const char* corners;
@@ -88,9 +93,7 @@ TEST(VideoColours, FramesAreTurnedAndMirroredAsTheFileSays) {
 
 TEST(VideoColours, FfmpegTurnsFramesTheSameWay) {
   const TempFolder folder;
-  VideoWriter writer(folder / "v.mp4", 25);
-  for (int i = 0; i < 3; ++i) writer.Add(Corners());
-  writer.Finish();
+  WriteCorners(folder / "v.mp4");
   // The same conversion to RGB as ours, before ffmpeg turns.
   for (const std::array<int, 4>& matrix :
        {std::array{1, 0, 0, 1}, {0, 1, -1, 0}, {-1, 0, 0, -1}, {0, -1, 1, 0}, {-1, 0, 0, 1}, {1, 0, 0, -1}}) {
@@ -114,9 +117,7 @@ TEST(VideoColours, FfmpegTurnsFramesTheSameWay) {
 // AVCHD, HDV and DV: fewer pixels than a line shows, or than a column does.
 TEST(VideoColours, PixelsThatAreNotSquareAreMadeSo) {
   const TempFolder folder;
-  VideoWriter writer(folder / "square.mp4", 25);
-  for (int i = 0; i < 3; ++i) writer.Add(Corners());
-  writer.Finish();
+  WriteCorners(folder / "square.mp4");
   const struct {
     const char* aspect;
     int width, height;
