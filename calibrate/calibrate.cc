@@ -38,6 +38,10 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
     RequireOurFolder(options.undistort, "camera.yaml");
     if (fs::exists(options.input) && fs::exists(options.undistort) && fs::equivalent(options.input, options.undistort))
       throw UsageError("the undistorted photos would replace the photos", "name another folder with --undistort");
+    if (fs::weakly_canonical(options.output) == fs::weakly_canonical(options.undistort / "camera.yaml"))
+      throw UsageError(fmt::format("{} would hold both the photos' camera and that of the undistorted ones",
+                                   options.output.string()),
+                       "name another file with -o, or another folder with --undistort");
   }
 }
 

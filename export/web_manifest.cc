@@ -13,6 +13,7 @@
 #include "render/radiance/measures/evaluate.h"
 #include "render/world/visibility_maps.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/geometry/median.h"
 #include "scene/program/version.h"
 
@@ -218,7 +219,7 @@ WebPage MakeWebPage(const Lumigraph& lumigraph, const ReducedPhotos& reduced, co
   WebPage page;
   json j = {{"lumigraph_web", kWebVersion},
             {"made_by", fmt::format("lumi-export {}", kVersion)},
-            {"title", std::filesystem::absolute(lumigraph.scene().folder).lexically_normal().filename().string()},
+            {"title", NameOfFolder(lumigraph.scene().folder)},
             {"up", Numbers(scene.normalized_from_world.rotation * scene.up)},
             {"typical_depth", TypicalDepth(lumigraph.scene())},
             {"near_depth", kNearDepth},

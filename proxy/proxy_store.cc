@@ -52,6 +52,7 @@ Provenance ProxyProvenance(const Scene& scene, const std::string& name, const st
 }
 
 std::optional<Provenance> RecordOf(const Scene& scene, const std::string& name) {
+  if (IsMeshFile(name)) return {};  // a file anywhere: nobody knows what it was made of
   return ReadProvenance(scene.folder, StageOf(name));
 }
 

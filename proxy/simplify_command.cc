@@ -58,6 +58,9 @@ std::string SourceOf(const Scene& scene, const std::string& asked) {
   return from.empty() ? scene.active_proxy : from;
 }
 
+// What names are made of: the proxy's own, of a mesh file the file's.
+std::string NameOf(const std::string& from) { return IsMeshFile(from) ? fs::path(from).stem().string() : from; }
+
 // The folder of silhouettes that is asked for; else the one that the source was made from, where it is still there;
 // else the scene's.
 fs::path SilhouetteFolder(const Scene& scene, const std::string& from, const fs::path& asked) {
@@ -82,7 +85,7 @@ std::vector<SilhouetteView> SilhouettesOf(const Scene& scene, const std::string&
   if (CleanOptions c; words >> c.close_px >> c.grow_px >> c.min_part_px >> c.min_radius_px >> c.min_hole_px) clean = c;
   std::vector<std::string> without;
   std::vector<SilhouetteView> views = ReadSilhouettes(scene, folder, clean, &without, progress);
-  const fs::path record = FiguresPath(scene.folder, from);
+  const fs::path record = IsMeshFile(from) ? fs::path() : FiguresPath(scene.folder, from);
   const auto hull = fs::exists(record, error) ? JsonKeys::Parse(ReadText(record)) : std::nullopt;
   if (hull)
     for (const HullSummary::LeftOut& left : hull->As<HullFigures>().hull.left_out)
@@ -205,7 +208,8 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
                                 : request.in_pixels ? SimplifyMethod::kInPixels
                                                     : SimplifyMethod::kQuadric;
   ProxyTarget named = target;
-  if (named.name.empty()) named.name = fmt::format("{}-{}{}", from, request.faces, request.keep_hull ? "-kept" : "");
+  if (named.name.empty())
+    named.name = fmt::format("{}-{}{}", NameOf(from), request.faces, request.keep_hull ? "-kept" : "");
   if (named.name == from && named.output.empty())
     throw UsageError("--name " + from + " is the proxy that is simplified", "choose another name");
   const fs::path silhouettes = SilhouetteFolder(opened, from, request.silhouettes);
@@ -214,31 +218,31 @@ Made<SimplifyFigures> RunSimplify(const SimplifyRequest& request, const ProxyTar
   if (request.in_pixels) options["small_parts"] = "may go";
   std::optional<SimplifyFigures> figures;
   Made<SimplifyFigures> made{
-      MakeProxy(
-          named, "simplify", std::move(options),
-          {{"from", Fingerprint(ProxyPath(opened.folder, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
-          [&](const Scene& scene) -> BuiltProxy {
-            SimplifiedMesh simple = std::move(
-                Simplify(before, {static_cast<std::size_t>(request.faces)}, method, progress, MakeProxyViews(scene))
-                    .front());
-            const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
-            figures = SimplifyFigures{from,
-                                      Name(method),
-                                      request.faces,
-                                      before.faces.size(),
-                                      simple.reached,
-                                      simple.wrapped,
-                                      simple.removed_parts,
-                                      simple.seconds,
-                                      Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
-            if (!simple.reached)
-              progress.Message(FacesLeft(simple.mesh.faces.size(), static_cast<std::size_t>(request.faces), method));
-            if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
-              progress.Message(
-                  fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
-                              missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
-            return {std::move(simple.mesh), *figures};
-          }),
+      MakeProxy(named, "simplify", std::move(options),
+                {{"from", Fingerprint(ProxyFile(opened, from))}, {"silhouettes", Fingerprint(silhouettes)}}, progress,
+                [&](const Scene& scene) -> BuiltProxy {
+                  SimplifiedMesh simple = std::move(Simplify(before, {static_cast<std::size_t>(request.faces)}, method,
+                                                             progress, MakeProxyViews(scene))
+                                                        .front());
+                  const std::vector<SilhouetteView> views = SilhouettesOf(scene, from, request.silhouettes, progress);
+                  figures = SimplifyFigures{from,
+                                            Name(method),
+                                            request.faces,
+                                            before.faces.size(),
+                                            simple.reached,
+                                            simple.wrapped,
+                                            simple.removed_parts,
+                                            simple.seconds,
+                                            Judge(before, simple.mesh, views, PixelsPerUnit(scene, before))};
+                  if (!simple.reached)
+                    progress.Message(
+                        FacesLeft(simple.mesh.faces.size(), static_cast<std::size_t>(request.faces), method));
+                  if (const std::size_t missed = figures->fit.views_missed.size(); request.keep_hull && missed > 0)
+                    progress.Message(
+                        fmt::format("warning: {} silhouettes are not covered to {:g} % and {:g} px; so it was with {}?",
+                                    missed, 100 * kLeastCoverage, kDeepestUncoveredPx, from));
+                  return {std::move(simple.mesh), *figures};
+                }),
       figures};
   if (named.output.empty()) TakeFigures(opened.folder, made);
   return made;
@@ -314,7 +318,7 @@ SimplifyTradeoff RunSimplifyTradeoff(const SimplifyTradeoffRequest& request, Pro
   all.mesh = before;
   measure("all", before.faces.size(), all);
 
-  const fs::path stem = scene.folder / "tradeoff" / ("simplify-" + from);
+  const fs::path stem = scene.folder / "tradeoff" / ("simplify-" + NameOf(from));
   t.files = {stem.string() + ".json", stem.string() + ".csv", stem.string() + ".svg"};
   const TradeoffTable table = TableOf(t.rows);
   const FolderLock lock(scene.folder);

@@ -98,7 +98,8 @@ void AddRendering(Options app, Line& line) {
   // 0 stands for "not given" inside; nobody may give it.
   app.Add("--width", o.width_px, "Width in pixels; default: the photo's, or at most 1024 for a path")
       .Range(1, kMaxPictureSide);
-  app.Add("--height", o.height_px, "Height in pixels; default: by the photos' aspect").Range(1, kMaxPictureSide);
+  app.Add("--height", o.height_px, "Height in pixels; default: by the path's aspect, else the photos'")
+      .Range(1, kMaxPictureSide);
   app.Add("--seconds", o.seconds, "Length of the path through the photos").Default();
   app.Add("--fps", o.fps,
           "Frames a second of that path; with --path of matrices: of its film, each picture the frame nearest in time, "

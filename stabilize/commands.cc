@@ -7,6 +7,8 @@
 #include <map>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/file_name.h"
+#include "scene/files/matrix_path.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
@@ -58,6 +60,24 @@ static void KeepRecord(const StabilizeCommandOptions& command, const StabilizeOp
   WriteProvenance(folder, record);
 }
 
+namespace {
+
+// A film goes to lumi-pipeline --stabilize: what is written here is JSON, and replaces nothing but a path.
+void RequirePathFile(const std::filesystem::path& output) {
+  if (LowerExtension(output.string()) != ".json")
+    throw UsageError(output.string() + ": the output is a .json file",
+                     "-o PATH.json; lumi-pipeline VIDEO -o FILM.mp4 --stabilize MODEL makes a film");
+  std::error_code error;
+  if (!std::filesystem::exists(output, error)) return;
+  try {
+    ReadMatrixPath(output);
+  } catch (const Error&) {
+    throw UsageError(output.string() + " is there already, and no path of this program", "name another with -o");
+  }
+}
+
+}  // namespace
+
 StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSink& progress) {
   const auto start = std::chrono::steady_clock::now();
   StabilizeOptions options = command.stabilize;
@@ -65,6 +85,7 @@ StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSi
   std::error_code ec;
   if (std::filesystem::is_directory(command.output, ec))
     throw UsageError(command.output.string() + " is a folder: -o names the path's file", "-o PATH.json");
+  RequirePathFile(command.output);
   RemoveStaleTemporariesOf(command.output);
   if (!command.before.empty()) options.before = ReadMatrixPath(command.before);
   OpenOptions open;

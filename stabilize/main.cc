@@ -40,7 +40,8 @@ int main(int argc, char** argv) {
          "crop: the path's pictures are zoomed until no border shows; fill: they are not, and the renderer fills "
          "[default: crop]")
       .OneOf({"crop", "fill"});
-  app.Add("--fps", s.fps, "Frames a second, where the scene has no times [default: 30]");
+  app.Add("--fps", s.fps,
+          "Frames a second, whatever times the scene has [default: the scene's times; 30 without them]");
   app.Add("--object", s.object_px, "vertigo: box X,Y,WIDTH,HEIGHT in pixels around the object that is to stay")
       .Values(4)
       .Commas();

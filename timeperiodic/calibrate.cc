@@ -50,6 +50,22 @@ std::vector<SampledView> SampledViews(const Scene& scene, double fps) {
   return views;
 }
 
+// Masks are made to be edited, and are found anew only where nobody did.
+void RequireMasksAsMade(const fs::path& scene) {
+  const fs::path masks = scene / kOwnFolder / "masks";
+  std::error_code error;
+  auto record = ReadProvenance(scene, kOwnFolder);
+  if (!record || !fs::exists(masks, error)) return;
+  const auto made = record->outputs.find((fs::path(kOwnFolder) / "masks").string());
+  if (made == record->outputs.end()) return;
+  if (made->second != Fingerprint(masks))
+    throw UsageError(masks.string() + " was changed since it was made, and would be made anew",
+                     "give it back with --masks " + masks.string() + ", or remove it");
+  // From here on they are this run's, also where it is interrupted.
+  record->outputs.erase(made);
+  WriteProvenance(scene, *record);
+}
+
 void WriteMasks(const FrameStack& stack, const Alignment& alignment, const MovingParts& parts, const fs::path& folder,
                 ProgressSink& sink) {
   fs::remove_all(folder);
@@ -90,6 +106,10 @@ Provenance Wanted(const CalibrateVideoOptions& o) {
   std::string passed;
   for (const std::string& a : o.reconstruct_arguments) passed += a + "\n";
   wanted.options["reconstruct"] = passed;
+  // A camera.yaml that was measured anew under its old name gives other cameras.
+  for (std::size_t i = 1; i < o.reconstruct_arguments.size(); ++i)
+    if (o.reconstruct_arguments[i - 1] == "--camera")
+      wanted.inputs[o.reconstruct_arguments[i]] = Fingerprint(o.reconstruct_arguments[i]);
   wanted.inputs[o.video.string()] = Fingerprint(o.video);
   if (!o.fixed_video.empty()) wanted.inputs[o.fixed_video.string()] = Fingerprint(o.fixed_video);
   if (!o.masks.empty()) wanted.inputs[o.masks.string()] = Fingerprint(o.masks);
@@ -227,6 +247,7 @@ CalibratedVideo Calibrated(const CalibrateVideoOptions& o, ProgressSink& progres
     return summary;
   }
 
+  if (o.masks.empty()) RequireMasksAsMade(o.scene);
   const FrameStack stack = ReadFrameStack(o.video, {.max_width_px = o.width_px}, progress);
   if (stack.truncated)
     progress.Message(

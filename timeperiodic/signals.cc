@@ -20,6 +20,8 @@ using Eigen::VectorXd;
 
 constexpr double kMinGainSpread = 0.004;  // below: rounding and motion, not exposure
 constexpr double kMinSeenShare = 0.9;     // of the frames, of a pixel that is used
+constexpr double kDarkGain = 0.25;        // of the median exposure: a frame's noise counts four times as much
+constexpr double kMostDark = 0.1;         // of the frames, that are left out as dark
 // A brightness step that is misplaced by this leaves a variance of its square: the camera's, not the scene's. Pixels.
 constexpr double kMisplaced_px = 0.25;
 
@@ -102,6 +104,17 @@ VectorXd Gains(int pixels, const std::vector<int>& frames, const PixelAt& pixel)
   return gain;
 }
 
+// Rows of the frames that are not black beside the others (a fade, a shutter): divided by their exposure they would be
+// nothing but noise, or nan. All of them where the dark ones are many: those are the scene's own.
+std::vector<Eigen::Index> LitFrames(const VectorXd& gain) {
+  const double least = kDarkGain * Quantile({gain.begin(), gain.end()}, 0.5);
+  std::vector<Eigen::Index> lit, all(static_cast<std::size_t>(gain.size()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  for (const Eigen::Index i : all)
+    if (gain[i] > least) lit.push_back(i);
+  return static_cast<double>(lit.size()) >= (1 - kMostDark) * static_cast<double>(all.size()) ? lit : all;
+}
+
 // The strongest directions of A's columns: a random start and two rounds of the power method (Halko et al. 2011).
 MatrixXd PrincipalComponents(const MatrixXd& A, int count) {
   const Eigen::Index k = std::min<Eigen::Index>({A.cols(), A.rows(), count + 8});
@@ -139,6 +152,11 @@ Signals SignalsOf(const FrameStack& stack, const std::vector<int>& frames, const
   signals.nuisance = OrthonormalSpan(nuisance);
 
   VectorXd gain = Gains(pixels, frames, pixel);
+  if (const std::vector<Eigen::Index> lit = LitFrames(gain); lit.size() < frames.size()) {
+    std::vector<int> of_lit;
+    for (const Eigen::Index i : lit) of_lit.push_back(frames[static_cast<std::size_t>(i)]);
+    return SignalsOf(stack, of_lit, camera(lit, Eigen::all), pixel, options);
+  }
   const double spread = std::sqrt((gain.array() - gain.mean()).square().mean());
   if (spread >= kMinGainSpread)
     signals.gain_spread = spread;

@@ -83,8 +83,13 @@ const attachControls = (canvas, camera, actions, touched) => {
     Comma: () => actions.photo(-1),
     Period: () => actions.photo(1)
   };
-  canvas.addEventListener("keydown", (e) => {
-    if (e.ctrlKey || e.metaKey || e.altKey) return;
+  // Wherever the focus is: a page that was just opened has it nowhere, and a click on a button takes it along. Sliders,
+  // lists and fields keep their keys, buttons and boxes the space bar.
+  const keeps = (e) => e.target instanceof Element && e.code !== "Escape" &&
+    (e.target.matches("select, textarea, input:not([type=checkbox])") ||
+     (e.code === "Space" && e.target.matches("button, a, summary, input")));
+  window.addEventListener("keydown", (e) => {
+    if (e.ctrlKey || e.metaKey || e.altKey || keeps(e)) return;
     if (moves[e.code]) {
       if (!held.has(e.code)) {
         held.set(e.code, performance.now());
@@ -98,8 +103,8 @@ const attachControls = (canvas, camera, actions, touched) => {
     touched();
     e.preventDefault();
   });
-  canvas.addEventListener("keyup", (e) => held.delete(e.code));
-  canvas.addEventListener("blur", () => held.clear());
+  window.addEventListener("keyup", (e) => held.delete(e.code));
+  window.addEventListener("blur", () => held.clear());
   // seconds since the last frame; true: something moved.
   return (seconds) => {
     let moved = false;

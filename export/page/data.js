@@ -28,6 +28,9 @@ let bytesLoaded = 0;
 
 const readManifest = async () => {
   if (inPage) return JSON.parse(partText("manifest").textContent);
+  if (location.protocol === "file:")
+    throw new Error("browsers read no photos beside a page that was opened from disk: put this folder on a web server " +
+      "(python3 -m http.server), or export one file (lumi-export web SCENE -o FILE.html)");
   const answer = await fetch("manifest.json");
   if (!answer.ok) throw new Error("cannot load manifest.json (" + answer.status + ")");
   const text = await answer.text();

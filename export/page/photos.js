@@ -94,6 +94,7 @@ const kMostGroups = 6;
 const kAtOnce = 3;    // photos on their way
 const kFirst = 8;     // photos of the first picture
 const kNearest = 24;  // photos that come first, small where they may be
+const kTries = 4;    // of a photo while there is no network: pauses of 0.5, 2 and 8 s
 
 class Photos {
   // changed: called when a photo arrived or left.
@@ -259,9 +260,15 @@ class Photos {
         of.layer = layer;
       }
     } catch (error) {
-      about.failed = true;
-      ++this.failed;
-      console.warn("photo " + j + ": " + error.message);
+      // fetch throws a TypeError where there is no network: that may come back. A file that is not there does not.
+      about.tries = (about.tries ?? 0) + 1;
+      if (error instanceof TypeError && about.tries < kTries && !this.stopped) {
+        await new Promise((resolve) => setTimeout(resolve, 500 * 4 ** (about.tries - 1)));
+      } else {
+        about.failed = true;
+        ++this.failed;
+        console.warn("photo " + j + ": " + error.message);
+      }
     }
     of.loading = false;
     --this.onTheirWay;

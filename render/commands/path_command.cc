@@ -115,6 +115,13 @@ std::string FrameFingerprint(const RenderJob& job, double fps) {
                       Fingerprint(scene.folder / (l.metric() ? "sparse" : "projective.json")),
                       Fingerprint(scene.folder / "lumigraph.json"),
                       l.one_mesh() ? Fingerprint(ProxyFile(scene, l.proxy_name())) : l.proxy_name());
+  // As read: workspaces have their cameras in other places too (transforms.json, cameras.bin without sparse/).
+  for (const View& v : scene.views) {
+    text += fmt::format("camera of {}", v.name);
+    const RenderView own = MakeRenderView(scene, v);
+    for (int i = 0; i < 12; ++i) text += fmt::format(" {}", own.P(i / 4, i % 4));
+    text += '\n';
+  }
   // Only the photos, not their folder: it may hold these frames, too.
   for (const View& v : scene.views)
     text += fmt::format("photo {} {}\n", v.name, FingerprintAmong(scene.ImagePath(v), scene.views.size()));

@@ -23,13 +23,13 @@ Eigen::Vector2i SizeFor(int width_px, int height_px, const Eigen::Vector2i& own)
 
 std::vector<RenderView> FramesOfPath(const Scene& scene, const CameraPath& path, int width_px, int height_px) {
   const Eigen::Vector2i film = FilmSize(scene);
-  int width = width_px > 0 ? width_px : path.width_px > 0 ? path.width_px : 0;
-  int height = height_px > 0 ? height_px : path.height_px > 0 && width_px == 0 ? path.height_px : 0;
-  const double aspect = static_cast<double>(film.y()) / film.x();
-  if (width == 0)
-    width = height > 0 ? static_cast<int>(std::lround(height / aspect)) : std::min(kWidestByDefault, film.x());
-  if (height == 0) height = static_cast<int>(std::lround(width * aspect));
-  std::vector<RenderView> views = SamplePath(path, width, height);
+  int width = width_px, height = height_px;
+  if (width == 0 && height == 0) width = path.width_px, height = path.height_px;
+  if (width == 0 && height == 0) width = std::min(kWidestByDefault, film.x());
+  // A path's vertical field of view is meant for the path's own shape, where it has one.
+  const bool sized = path.width_px > 0 && path.height_px > 0;
+  const Eigen::Vector2i size = SizeFor(width, height, sized ? Eigen::Vector2i(path.width_px, path.height_px) : film);
+  std::vector<RenderView> views = SamplePath(path, size.x(), size.y());
   const std::optional<double> first_time = FirstTime(scene);
   for (RenderView& v : views)
     v.time_s = first_time ? std::optional(*first_time + (*v.time_s - path.keys.front().time_s)) : std::nullopt;

@@ -10,6 +10,7 @@
 #include "render/viewer/remembered.h"
 #include "render/viewer/viewer_app.h"
 #include "scene/files/image_io.h"
+#include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/interrupt.h"
 
@@ -26,7 +27,7 @@ struct Viewed {
 Viewed ViewScene(const ViewerOptions& options, const std::vector<ScriptStep>& script, ProgressSink& progress,
                  const std::string& message = {}) {
   const auto start = Clock::now();
-  Window window("lumi-view: " + options.scene.filename().string(), options.width_px, options.height_px);
+  Window window("lumi-view: " + NameOfFolder(options.scene), options.width_px, options.height_px);
   OpeningProgress opening(progress);
   auto future = std::async(std::launch::async, [&] { return OpenForViewing(options, opening); });
   while (future.wait_for(std::chrono::milliseconds(30)) != std::future_status::ready) {

@@ -9,6 +9,7 @@
 
 #include "render/radiance/setting_options.h"
 #include "render/settings_json.h"
+#include "scene/files/scene_folder.h"
 #include "scene/model/orientation.h"
 #include "scene/program/error.h"
 
@@ -64,7 +65,7 @@ Viewer::Viewer(const ViewerOptions& options, Window& window, Opened& opened, Pro
   if (!OnDemand()) arriving_.small_photos.resize(scene_.views.size());
   ReadAll();
   for (const View& v : scene_.views) facts_.photo_names.push_back(v.name);
-  facts_.scene = std::filesystem::absolute(options.scene).lexically_normal().filename().string();
+  facts_.scene = NameOfFolder(options.scene);
   if (facts_.scene.empty()) facts_.scene = "lumigraph";
   facts_.device = GlDeviceName();
   facts_.photos_total = static_cast<int>(scene_.views.size());

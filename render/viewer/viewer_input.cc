@@ -94,7 +94,11 @@ void Viewer::Key(int key) {
 // Returns whether the user moves the camera.
 bool Viewer::Move(const WindowInput& input, double dt_s) {
   cursor_px_ = input.cursor_px;
-  for (const int key : input.keys) Key(key);
+  try {
+    for (const int key : input.keys) Key(key);
+  } catch (const Error& e) {
+    Complain(e);  // a folder that cannot be written ends no path and no recording
+  }
   if (input.double_click_px) {
     if (const auto point = PointAt(input.double_click_px->x(), input.double_click_px->y())) {
       steering_.pivot = point;

@@ -432,6 +432,8 @@ std::vector<std::string> ListProxies(const fs::path& scene_folder) {
   return names;
 }
 
+std::string NameOfFolder(const fs::path& folder) { return Lexical(folder).filename().string(); }
+
 bool IsMeshFile(const std::string& name) {
   const std::string ending = LowerExtension(name);
   return ending == ".ply" || ending == ".obj";

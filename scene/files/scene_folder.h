@@ -64,6 +64,8 @@ std::filesystem::path FindMask(const std::filesystem::path& folder, const std::s
 // Proxies: SCENE/proxies/NAME.ply. ListProxies leaves out those made for an evaluation (evaluation_proxy.h).
 std::filesystem::path ProxyPath(const std::filesystem::path& scene_folder, const std::string& name);
 std::vector<std::string> ListProxies(const std::filesystem::path& scene_folder);
+// What a scene is called: its folder's name, also of "desk/" and ".".
+std::string NameOfFolder(const std::filesystem::path& folder);
 // Whether the name of a proxy is that of a mesh file: PLY or OBJ.
 bool IsMeshFile(const std::string& name);
 // By name, the active one for an empty name, or a mesh file anywhere. Throws UsageError naming those that exist and

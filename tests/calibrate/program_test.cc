@@ -138,6 +138,16 @@ TEST(Program, RefusesWithOneLineAndTheRightCode) {
   refuses({(files / "two").string()}, 1, "two views");
 }
 
+// The undistorted photos' folder has a camera.yaml of its own, without distortion.
+TEST(Program, DoesNotWriteTwoCamerasToOneFile) {
+  const TemporaryFolder out;
+  ExpectRefusal({{"lumi-calibrate", Photos(), "-o", out / "camera.yaml", "--undistort", out / "."},
+                 2,
+                 {"camera.yaml", "--undistort"},
+                 out / "camera.yaml",
+                 {}});
+}
+
 TEST(Program, LeavesAnothersReportAlone) {
   const TemporaryFolder out;
   WriteTextAtomically(out / "report.html", "mine");

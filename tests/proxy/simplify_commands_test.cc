@@ -107,6 +107,25 @@ TEST(SimplifyCommands, AKeptHullCoversTheSilhouettesAndASecondRunReusesIt) {
   EXPECT_THROW(RunSimplify(request, {scene, "hull", {}, false}, SilentProgress()), UsageError);
 }
 
+TEST(SimplifyCommands, AMeshFileAnywhereIsSimplifiedAndAgainWhereItChanged) {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene", file = folder / "out" / "mesh.ply";
+  WriteHullScene(scene);
+  fs::create_directories(folder / "out");
+  fs::copy_file(ProxyPath(scene, "hull"), file);
+  SimplifyRequest request;
+  request.faces = 60;
+  request.from = file.string();
+  const json made = AsJson(RunSimplify(request, {scene, "", {}, false}, SilentProgress()));
+  EXPECT_EQ(made["name"], "mesh-60");
+  EXPECT_LE(made["faces"], 60);
+  EXPECT_EQ(AsJson(RunSimplify(request, {scene, "", {}, false}, SilentProgress()))["reused"], true);
+  WriteMesh(file, BallMesh(6));
+  EXPECT_EQ(AsJson(RunSimplify(request, {scene, "", {}, false}, SilentProgress()))["reused"], false);
+  RunSimplify(request, {scene, "", folder / "out" / "small.ply", false}, SilentProgress());
+  EXPECT_LE(ReadMesh(folder / "out" / "small.ply").faces.size(), 60U);
+}
+
 TEST(SimplifyCommands, TheSilhouettesThatTheHullWasMadeFromCountAlsoElsewhere) {
   for (const bool within : {true, false}) {
     const TemporaryFolder folder;

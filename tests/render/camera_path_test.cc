@@ -9,6 +9,7 @@
 #include "capture.h"
 #include "render/path/nerfstudio_path.h"
 #include "render/path/path_editing.h"
+#include "render/path/path_frames.h"
 #include "scene/geometry/angle.h"
 #include "scene/model/orientation.h"
 #include "scene/program/error.h"
@@ -35,6 +36,21 @@ TEST(CameraPath, ComesBackFromItsFile) {
               1e-12);
     EXPECT_NEAR(back.keys[i].time_s, path.keys[i].time_s, 1e-12);
   }
+}
+
+// A path that has a size keeps its shape at any other; one without is as the photos are.
+TEST(CameraPath, KeepsItsShapeAtAnotherSize) {
+  const test::Capture c = test::MakeCapture(6, 16);  // photos of 160 x 120
+  CameraPath path = PathThroughPhotos(c.scene, 4, 25);
+  const auto size = [&](int width, int height) { return FramesOfPath(c.scene, path, width, height).front().size_px; };
+  path.width_px = path.height_px = 0;
+  EXPECT_EQ(size(320, 0), Eigen::Vector2i(320, 240));
+  EXPECT_EQ(size(0, 240), Eigen::Vector2i(320, 240));
+  path.width_px = 1920, path.height_px = 1080;
+  EXPECT_EQ(size(0, 0), Eigen::Vector2i(1920, 1080));
+  EXPECT_EQ(size(640, 0), Eigen::Vector2i(640, 360));
+  EXPECT_EQ(size(0, 540), Eigen::Vector2i(960, 540));
+  EXPECT_EQ(size(100, 100), Eigen::Vector2i(100, 100));
 }
 
 // Cropped photos, and those of a lens that is shifted: where the axis meets the picture is part of what a view is.

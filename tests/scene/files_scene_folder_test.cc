@@ -25,6 +25,13 @@ Scene SceneWithPhotos(const fs::path& folder, int points = 20, CameraModel secon
 
 Scene Open(const fs::path& path, OpenOptions options = {}) { return OpenScene(path, options, SilentProgress()); }
 
+TEST(SceneFolder, IsCalledByItsNameHoweverItIsGiven) {
+  for (const char* given :
+       {"captures/desk", "captures/desk/", "captures/desk/.", "desk", "./desk/", "captures/x/../desk"})
+    EXPECT_EQ(NameOfFolder(given), "desk") << given;
+  EXPECT_EQ(NameOfFolder("."), std::filesystem::current_path().filename().string());
+}
+
 TEST(SceneFolder, AWrittenSceneOpensAsItWas) {
   const TempFolder folder;
   Scene scene = SceneWithPhotos(folder.path());

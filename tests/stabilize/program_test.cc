@@ -108,6 +108,12 @@ TEST(StabilizeProgram, RefusesByNameAndExitCode) {
   EXPECT_EQ(RunProgram({"lumi-stabilize", folder / "nothing", "-o", path}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-stabilize"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"lumi-stabilize", scene, "-o", folder / "scene"}).exit_code, 2);
+  // Neither a film nor another file of the user's becomes a path.
+  for (const fs::path& own : {folder / "walk.mp4", folder / "notes.json"}) {
+    WriteTextAtomically(own, "mine");
+    EXPECT_EQ(RunProgram({"lumi-stabilize", scene, "-o", own}).exit_code, 2) << own;
+    EXPECT_EQ(ReadText(own), "mine");
+  }
 }
 
 }  // namespace

@@ -73,6 +73,17 @@ TEST(PeriodHardCase, NearlyLikeBladesHaveTheWholePeriodAndAreCalledAmbiguous) {
   }
 }
 
+TEST(PeriodHardCase, BlackAndNearlyBlackFramesAreLeftOut) {
+  for (const double light : {0.0, 1e-3, 0.02, 0.2}) {
+    PaintedVideo video;
+    video.gain = [&](int frame) { return frame < 4 || frame == 100 ? light : 1.0; };  // a fade-in, and a shutter
+    const Signals signals = FixedSignals(video.Stack(), {});
+    EXPECT_EQ(signals.values.rows(), 295) << light;
+    EXPECT_TRUE(signals.values.allFinite()) << light;
+    EXPECT_NEAR(EstimatePeriod(signals, {}, {}).period_frames, video.period, kAccuracy * video.period) << light;
+  }
+}
+
 TEST(PeriodHardCase, DriftOfOnePercentIsReportedAndTheMeanPeriodKept) {
   for (const double drift : {0.01, -0.01, 0.003}) {
     PaintedVideo video;

@@ -183,7 +183,15 @@ TEST(CalibrateProgram, WritesMasksToBeLookedAt) {
   fs::remove_all(scene / "timeperiodic" / "masks");
   const ProgramResult anew = RunProgram(command);
   EXPECT_FALSE(json::parse(anew.out)["reused"].get<bool>());
-  EXPECT_TRUE(fs::exists(scene / "timeperiodic" / "masks" / "frame_000007.jpg.png"));
+  const fs::path mask = scene / "timeperiodic" / "masks" / "frame_000007.jpg.png";
+  EXPECT_TRUE(fs::exists(mask));
+  // What was edited is not made anew.
+  WriteImage(mask, Image8(128, 96, 1, 255));
+  const std::string edited = ReadText(mask);
+  const ProgramResult refused = RunProgram(command);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.out, HasSubstr("--masks"));
+  EXPECT_EQ(ReadText(mask), edited);
 }
 
 TEST(PeriodProgram, CountsThePendulumWithinAFrame) {
