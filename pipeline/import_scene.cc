@@ -6,6 +6,7 @@
 #include "scene/files/colmap_model.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
 #include "scene/program/error.h"
 #include "scene/program/version.h"
 
@@ -98,6 +99,9 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
                           "An import is being written, or was killed; a second run starts it again.\n");
       fs::remove_all(options.output / kNewImages);
       Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
+      // Of a scene of ours, whose photos are undistorted already, what it says of them goes along.
+      if (const auto taken = ReadTakenPhotos(scene.image_folder); !taken.empty())
+        WriteTakenPhotos(taken, options.output / kNewImages);
       // From here on old and new must not mix: without a manifest the folder is no scene.
       fs::remove(options.output / "lumigraph.json");
       fs::remove_all(options.output / "images");

@@ -359,6 +359,10 @@ class Run {
     add("--rule", options_.silhouette_rule);
     add("--masks", options_.silhouettes.string());
     add("--background", options_.silhouette_background.string());
+    // They belong to the photos that were given.
+    const fs::path& given = options_.silhouettes.empty() ? options_.silhouette_background : options_.silhouettes;
+    if (!given.empty() && ClassifyInput(options_.input) != InputKind::kOurScene && !IsWithin(given, summary_.scene))
+      arguments.emplace_back("--undistort");
     stages_->Start("silhouettes", "lumi-proxy", std::move(arguments));
   }
 

@@ -163,6 +163,12 @@ Made<HullFigures> RunHull(const HullRequest& request, const ProxyTarget& target,
   Made<HullFigures> made{MakeProxy(target, "hull", std::move(options), {{"silhouettes", Fingerprint(folder)}}, progress,
                                    [&](const Scene& scene) -> BuiltProxy {
                                      HullFigures& f = figures.emplace();
+                                     if (MayBeDistorted(scene, folder))
+                                       progress.Message(fmt::format(
+                                           "the scene's photos were undistorted: silhouettes in {} are taken to be of "
+                                           "these; of the photos as they were taken lumi-proxy silhouettes --masks {} "
+                                           "--undistort reads them",
+                                           folder.string(), folder.string()));
                                      std::vector<std::string> without;
                                      const std::vector<SilhouetteView> views =
                                          ReadSilhouettes(scene, folder, c, &without, progress);
@@ -198,6 +204,7 @@ static Provenance SilhouettesWanted(const Scene& scene, const SilhouetteSource& 
                     {"border_colour", source.border_colour ? "yes" : "no"},
                     {"alpha", source.alpha ? "yes" : "no"},
                     {"threshold", fmt::format("{}", source.threshold)},
+                    {"undistort", source.undistort ? "yes" : "no"},
                     {"clean", CleanAsText(c)}};
   wanted.inputs = {{"images", Fingerprint(scene.image_folder)}, {"sparse", Fingerprint(scene.folder / "sparse")}};
   if (!source.background.empty()) wanted.inputs["background"] = Fingerprint(source.background);
@@ -224,6 +231,12 @@ SilhouettesSummary RunSilhouettes(const std::filesystem::path& path, const Silho
   } else {
     RemoveStaleTemporaries(output);
   }
+  for (const std::filesystem::path& given : {source.masks, source.background})
+    if (!source.undistort && !given.empty() && MayBeDistorted(scene, given))
+      progress.Message(
+          fmt::format("the scene's photos were undistorted: what is in {} is taken to be of these; of the "
+                      "photos as they were taken it needs --undistort",
+                      given.string()));
   SilhouettesSummary s;
   s.folder = output.empty() ? scene.folder / "silhouettes" : output;
   s.silhouettes = MakeSilhouettes(scene, source, clean, s.folder, progress);

@@ -316,6 +316,9 @@ void AddHulls(Program& program, Requests& r) {
       .Default();
   silhouettes.Flag("--alpha", r.source.alpha, "The photos' own transparency");
   silhouettes.Add("--masks", r.source.masks, "Folder of masks, white = object");
+  silhouettes.Flag(
+      "--undistort", r.source.undistort,
+      "Masks and backgrounds are of the photos as they were taken: undistorted as the scene's photos were");
   silhouettes.Add("--box", r.box, "Left top right bottom in pixels, around the object in every photo: GrabCut")
       .Values(4);
   AddClean(silhouettes, r.source_clean);

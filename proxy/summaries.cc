@@ -270,7 +270,8 @@ static void ListKeys(JsonKeys& j, FoundSilhouette& f) {
     for (const auto known :
          {SilhouetteKind::kNormal, SilhouetteKind::kEmpty, SilhouetteKind::kFull, SilhouetteKind::kTiny})
       if (Name(known) == kind) f.info.kind = known;
-  j("pixels", f.info.pixels, "parts", f.info.parts, "holes", f.info.holes, "touches_border", f.info.touches_border);
+  j("pixels", f.info.pixels, "parts", f.info.parts, "holes", f.info.holes, "touches_border", f.info.touches_border,
+    "no_mask", f.no_mask);
 }
 void ListKeys(JsonKeys& j, SilhouettesSummary& s) {
   j("folder", s.folder, "silhouettes", s.silhouettes, "empty", s.empty, "full", s.full, "tiny", s.tiny, "reused",
@@ -280,7 +281,9 @@ std::string Describe(const SilhouettesSummary& s) {
   std::string out = fmt::format("{} silhouettes in {}, {:.2f} s{}", s.silhouettes.size(), s.folder.string(), s.seconds,
                                 s.reused ? " (nothing had changed)" : "");
   for (const FoundSilhouette& f : s.silhouettes)
-    if (f.info.kind != SilhouetteKind::kNormal)
+    if (f.no_mask)
+      out += fmt::format("\n{}: has no mask and counts as empty", f.name);
+    else if (f.info.kind != SilhouetteKind::kNormal)
       out += fmt::format("\n{}: {}, {} pixels", f.name, Name(f.info.kind), f.info.pixels);
     else if (f.info.touches_border)
       out += fmt::format("\n{}: touches the photo's border", f.name);

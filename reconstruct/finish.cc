@@ -1,14 +1,18 @@
 #include "reconstruct/finish.h"
 
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "reconstruct/reprojection.h"
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
 #include "scene/program/out_of_memory.h"
 #include "scene/program/parallel_each.h"
+#include "scene/undistort/undistorter.h"
 
 namespace lumi {
 namespace fs = std::filesystem;
@@ -93,6 +97,30 @@ void ColorPoints(Scene& scene, ProgressSink& sink) {
 void RemoveMasksOfEarlierRun(const fs::path& scene) {
   const auto record = ReadProvenance(scene, "reconstruct");
   if (record && record->outputs.contains("masks")) fs::remove_all(scene / "masks");
+}
+
+void NoteHowPhotosWereTaken(const Scene& scene, const GivenCamera& given, const std::map<std::string, Camera>& skewed) {
+  std::vector<TakenPhoto> photos = ReadTakenPhotos(scene.image_folder);
+  if (photos.empty())  // none was undistorted: where all cameras are one, any does
+    for (const View& view : scene.views) {
+      const Eigen::Vector2i size = SizePx(scene, view);
+      const Camera as_it_is = scene.frame == Frame::kMetric ? scene.CameraOf(view)
+                                                            : Camera::Pinhole(size.x(), size.y(), size.x(), size.x(),
+                                                                              size.x() / 2.0, size.y() / 2.0);
+      photos.push_back({view.name, view.name, as_it_is, as_it_is});
+    }
+  std::map<std::string, std::string> original;
+  for (const InputPhoto& photo : given.capture.photos) original[photo.name] = photo.OriginalName();
+  const std::optional<Camera> resampled_to =
+      given.resampled ? std::optional(PinholeInside(*given.resampled)) : std::nullopt;
+  for (TakenPhoto& photo : photos) {
+    if (const auto it = skewed.find(photo.taken); it != skewed.end()) photo.camera = it->second;
+    if (const auto it = original.find(photo.taken); it != original.end()) photo.taken = it->second;
+    if (!resampled_to) continue;
+    photo.camera = *given.resampled;
+    photo.pinhole = *resampled_to;
+  }
+  WriteTakenPhotos(photos, scene.image_folder);
 }
 
 Scene FinishScene(Scene scene, const ReconstructOptions& options, ReconstructSummary& summary, ProgressSink& sink) {

@@ -90,6 +90,16 @@ std::vector<HeldView> Mirrored(const std::vector<HeldView>& views) {
   return mirrored;
 }
 
+Camera WithSkew(const HeldView& view) {
+  const Camera& c = view.camera;
+  const Eigen::Vector2d f = c.FocalPx(), p = c.PrincipalPointPx();
+  // x is sheared by shear * (y - height / 2), where y is f_y Y / Z + c_y.
+  return {CameraModel::kPlumbBob,
+          c.width_px,
+          c.height_px,
+          {f.x(), f.y(), p.x() + view.shear * (p.y() - 0.5 * c.height_px), p.y(), view.shear * f.y(), 0, 0, 0, 0, 0}};
+}
+
 bool HasSkew(const std::vector<HeldView>& views, const Capture& capture) {
   constexpr double kShownPx = 0.25;
   const int height_px = capture.photos.empty() ? 0 : capture.photos.front().height_px;

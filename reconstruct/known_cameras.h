@@ -25,6 +25,9 @@ struct HeldView {
   double shear = 0;
 };
 
+// The camera that took the photo, with its skew: of a view whose camera has no distortion.
+Camera WithSkew(const HeldView& view);
+
 // Reads --poses and matches it with the photos: by path without the ending, else by the letters and digits of the name
 // without the ending, else (a list without names) by position. Photos without a pose are added to *missing. Throws
 // DataError or InputError: counts differ, no name fits, a camera of another size than its photo (see

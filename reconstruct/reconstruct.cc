@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "reconstruct/all_frames.h"
@@ -131,7 +132,9 @@ Scene Estimate(const Capture& capture, const GivenCamera& given, const ColmapJob
 }
 
 // Cameras given (--poses) or assumed (--rig): only points are sought.
-Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summary) {
+// *skewed: by their names, the cameras of photos that lost a skew.
+Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summary,
+           std::map<std::string, Camera>* skewed) {
   const auto& [options, work_folder, colmap, sink] = job;
   summary.missing = photos.unreadable;
   Capture capture = photos;
@@ -147,6 +150,8 @@ Scene Hold(const Capture& photos, const ColmapJob& job, ReconstructSummary& summ
   if (HasSkew(views, capture)) {
     sink.Message("the given cameras have skew: the photos are resampled without it");
     capture = RemoveSkew(capture, views, work_folder / "unskewed", sink);
+    for (const HeldView& view : views)
+      if (view.camera.IsPinhole()) skewed->emplace(view.name, WithSkew(view));
   }
   CameraPlan cameras;  // every photo its own: nothing is estimated
   ReconstructOptions feature_options = options;
@@ -328,10 +333,11 @@ ReconstructSummary Reconstruct(const ReconstructOptions& given_options, Progress
   fitted.camera_yaml = given.yaml;
   fitted.masks = given.masks;
   const ColmapJob job{fitted, work_folder, colmap, sink};
+  std::map<std::string, Camera> skewed;
   Scene scene = options.backend == Backend::kFactorization
                     ? ReconstructByFactorization(given.capture, fitted, given, work_folder, summary, sink)
                 : options.poses.empty() && options.rig == Rig::kNone ? Estimate(given.capture, given, job, summary)
-                                                                     : Hold(given.capture, job, summary);
+                                                                     : Hold(given.capture, job, summary, &skewed);
   if (several_videos) {
     if (given.resampled)
       throw UsageError("several videos at once take a camera.yaml without skew and k3 only",
@@ -354,6 +360,7 @@ ReconstructSummary Reconstruct(const ReconstructOptions& given_options, Progress
     scene = FinishScene(std::move(scene), fitted, summary, sink);
   else
     scene = FinishProjectiveScene(std::move(scene), fitted, summary, sink);
+  NoteHowPhotosWereTaken(scene, given, skewed);
   if (!summary.missing.empty())
     sink.Message(fmt::format("{} of {} photos got no camera; first: {}: {}", summary.missing.size(), photos_total,
                              summary.missing.front().name, summary.missing.front().reason));

@@ -29,6 +29,7 @@ struct SilhouetteSource {
   bool border_colour = false;             // the background's colour is the median of the photo's border
   bool alpha = false;                     // the photos' own
   std::filesystem::path masks;            // a folder of masks
+  bool undistort = false;                 // masks and backgrounds are of the photos as they were taken
   std::optional<Eigen::Vector4d> box_px;  // around the object in every photo: left, top, right, bottom
   double threshold = 40;                  // of colours against the background's, 0..441
 };
@@ -37,10 +38,15 @@ std::string Validate(const SilhouetteSource& source);  // empty, or what is wron
 struct FoundSilhouette {
   std::string name;
   SilhouetteInfo info;
+  bool no_mask = false;  // there was none of this photo: it counts as empty
 };
 // Written to `folder` as NAME.png. Throws InputError, DataError (every one of them empty or full).
 std::vector<FoundSilhouette> MakeSilhouettes(const Scene& scene, const SilhouetteSource& source,
                                              const CleanOptions& clean, const std::filesystem::path& folder,
                                              ProgressSink& progress);
+
+// Whether masks in `folder` may belong to photos from before they were undistorted: these were, and the folder is not
+// the scene's.
+bool MayBeDistorted(const Scene& scene, const std::filesystem::path& folder);
 
 }  // namespace lumi

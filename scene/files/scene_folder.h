@@ -53,8 +53,8 @@ void WriteScale(const std::filesystem::path& folder, double metres_per_unit);
 // camera keeps the photo's size; both focal lengths are multiplied by the one factor that makes the new image lie just
 // inside the photo, so that there are no blank pixels (COLMAP's blank_pixels = 0), and the principal point moves only
 // as far as that needs. A fisheye is cut at 80 degrees off its axis. Photos that an earlier run completed from the same
-// photo and camera stay (recorded in image_folder/.undistorted). Throws InputError, DataError, MachineError; UsageError
-// where image_folder is the photos' own.
+// photo and camera stay (recorded in image_folder/.undistorted). What the photos were before is kept beside them
+// (taken_photos.h). Throws InputError, DataError, MachineError; UsageError where image_folder is the photos' own.
 Scene UndistortPhotos(const Scene& scene, const std::filesystem::path& image_folder, ProgressSink& progress);
 
 // Where `folder` has the mask of a photo: photo.jpg.png (as COLMAP), photo.png or photo.jpg, in this order; empty: it

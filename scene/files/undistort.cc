@@ -20,6 +20,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/opencv_pixels.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/undistort/undistorter.h"
@@ -238,6 +239,11 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
     const Maps maps = MakeMaps(scene.cameras[camera], result.cameras[camera]);
     convert(alone[k], &maps);
   });
+  std::vector<TakenPhoto> taken;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    taken.push_back(
+        {result.views[i].name, scene.views[i].name, scene.CameraOf(scene.views[i]), result.CameraOf(result.views[i])});
+  WriteTakenPhotos(taken, image_folder);
   return result;
 }
 

@@ -26,7 +26,7 @@ Camera PinholeInside(const Eigen::Vector2i& size_px, const Eigen::Vector2d& foca
 // For as many photos as wanted; any thread may use one.
 class Undistorter {
  public:
-  Undistorter(const Camera& camera, const Camera& pinhole);  // camera: of any polynomial lens
+  Undistorter(const Camera& camera, const Camera& pinhole);  // camera: of any lens
   Image8 operator()(const Image8& photo) const;              // of the camera's size; bicubic
   Image8 Mask(const Image8& mask) const;                     // of any size, one channel; the nearest pixel, 0 outside
 

@@ -7,6 +7,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/provenance.h"
+#include "scene/files/taken_photos.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "tests/support/small_scene.h"
@@ -84,6 +85,23 @@ TEST(ImportScene, LeavesASceneThatWasNotImportedAlone) {
   const std::string before = Fingerprint(w.output);
   EXPECT_THROW(w.Import(), UsageError);
   EXPECT_EQ(Fingerprint(w.output), before);
+}
+
+TEST(ImportScene, WhatThePhotosWereBeforeTheyWereUndistortedGoesAlong) {
+  const Workspace w;
+  Scene scene = MakeSmallScene(w.path / "images", 5);
+  scene.cameras[0].model = CameraModel::kSimpleRadial;
+  scene.cameras[0].params = {60, 32, 24, 0.05};
+  WriteColmapModel(scene, w.path / "sparse");
+  w.Import();
+  const std::vector<TakenPhoto> taken = ReadTakenPhotos(w.output / "images");
+  ASSERT_EQ(taken.size(), 5U);
+  EXPECT_EQ(taken[0].camera.params, scene.cameras[0].params);
+  // Into another scene: photos that are undistorted already.
+  ImportScene({w.output, w.folder / "again", false}, SilentProgress());
+  const std::vector<TakenPhoto> again = ReadTakenPhotos(w.folder / "again/images");
+  ASSERT_EQ(again.size(), 5U);
+  EXPECT_EQ(again[0].camera.params, scene.cameras[0].params);
 }
 
 TEST(ImportScene, NothingIsLeftWhenAPhotoCannotBeRead) {

@@ -10,6 +10,7 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "tests/proxy/hull_bodies.h"
@@ -21,6 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+class HullMessages : public ProgressSink {
+ public:
+  void Report(const std::string&, long, long, double, double) override {}
+  void Finish(const std::string&, long, double) override {}
+  void Message(const std::string& line) override { all += line + "\n"; }
+  std::string all;
+};
 
 // A red ellipsoid before a grey wall, photographed from eight sides.
 void WriteEllipsoidScene(const fs::path& folder) {
@@ -163,6 +172,81 @@ TEST(HullCommands, OtherSourcesFindTheSameSilhouettes) {
   SilhouetteSource background;
   background.background = folder / "small.png";
   EXPECT_THROW(RunSilhouettes(folder / "scene", background, {}, folder / "e", SilentProgress()), InputError);
+}
+
+// Masks of the ellipsoid in photos as another lens took them, with the scene's record of that lens.
+void WriteMasksAsTaken(const fs::path& folder, const fs::path& masks) {
+  const Scene scene = OpenScene(folder, {}, SilentProgress());
+  const Camera& pinhole = scene.cameras[0];
+  const Eigen::Vector2d f = pinhole.FocalPx(), c = pinhole.PrincipalPointPx() + Eigen::Vector2d(9, -6);
+  const Camera lens{
+      CameraModel::kRadial, pinhole.width_px, pinhole.height_px, {0.95 * f.x(), c.x(), c.y(), -0.25, 0.02}};
+  const Body body = Ellipsoid({0.8, 0.6, 0.5});
+  std::vector<TakenPhoto> taken;
+  for (const View& view : scene.views) {
+    taken.push_back({view.name, "of " + view.name, lens, pinhole});
+    const RenderView render = MakeRenderView(scene, view);
+    Image8 mask(pinhole.width_px, pinhole.height_px, 1);
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x) {
+        const auto ray = lens.Normalized({x + 0.5, y + 0.5});
+        if (!ray || !body(render.centre, *RayDirection(render.P, *pinhole.Project(ray->homogeneous())))) continue;
+        mask.At(x, y, 0) = 255;
+      }
+    WriteImage(masks / (taken.back().taken + ".png"), mask);
+  }
+  WriteTakenPhotos(taken, scene.image_folder);
+}
+
+double IntersectionOverUnion(const fs::path& a, const fs::path& b) {
+  const Image8 one = ReadImage8(a), other = ReadImage8(b);
+  std::size_t both = 0, any = 0;
+  for (std::size_t i = 0; i < one.data.size(); ++i) {
+    both += one.data[i] > 127 && other.data[i] > 127;
+    any += one.data[i] > 127 || other.data[i] > 127;
+  }
+  return static_cast<double>(both) / static_cast<double>(any);
+}
+
+TEST(HullCommands, MasksOfPhotosAsTheyWereTakenAreUndistortedAsThePhotosWere) {
+  const TemporaryFolder folder;
+  WriteEllipsoidScene(folder / "scene");
+  WriteMasksAsTaken(folder / "scene", folder / "masks");
+  SilhouetteSource rule, masks;
+  rule.rule = "R > 2 * G";
+  masks.masks = folder / "masks";
+  RunSilhouettes(folder / "scene", rule, {}, folder / "true", SilentProgress());
+  EXPECT_THROW(RunSilhouettes(folder / "scene", masks, {}, folder / "none", SilentProgress()), DataError)
+      << "they are called as the photos were";
+  masks.undistort = true;
+  json found = AsJson(RunSilhouettes(folder / "scene", masks, {}, folder / "moved", SilentProgress()));
+  EXPECT_EQ(found["silhouettes"].size(), 8u);
+  for (const json& one : found["silhouettes"]) {
+    EXPECT_EQ(one["no_mask"], false);
+    const std::string name = one["name"].get<std::string>() + ".png";
+    constexpr double kHalfAPixelOfOutline = 0.97;  // an outline of some 230 pixels around 3,900
+    EXPECT_GT(IntersectionOverUnion(folder / "true" / name, folder / "moved" / name), kHalfAPixelOfOutline) << name;
+  }
+
+  // Under the scene's names they would be taken for its photos': where they lie elsewhere, it is said.
+  for (const json& one : found["silhouettes"]) {
+    const std::string name = one["name"].get<std::string>() + ".png";
+    fs::rename(folder / "masks" / ("of " + name), folder / "masks" / name);
+  }
+  masks.undistort = false;
+  HullMessages said;
+  RunSilhouettes(folder / "scene", masks, {}, folder / "as_they_are", said);
+  EXPECT_THAT(said.all, testing::HasSubstr("--undistort"));
+  const std::string first = found["silhouettes"][0]["name"].get<std::string>() + ".png";
+  EXPECT_LT(IntersectionOverUnion(folder / "true" / first, folder / "as_they_are" / first), 0.9) << "far off";
+
+  // A photo without a mask: its silhouette is empty, and named.
+  fs::remove(folder / "masks" / first);
+  const SilhouettesSummary less = RunSilhouettes(folder / "scene", masks, {}, folder / "less", SilentProgress());
+  found = AsJson(less);
+  EXPECT_EQ(found["empty"], 1);
+  EXPECT_EQ(found["silhouettes"][0]["no_mask"], true);
+  EXPECT_THAT(Describe(less), testing::HasSubstr("has no mask"));
 }
 
 }  // namespace

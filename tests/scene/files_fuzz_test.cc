@@ -12,6 +12,7 @@
 #include "scene/files/mesh_io.h"
 #include "scene/files/projective_json.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
 #include "scene/files/transforms_json.h"
 
 namespace lumi::test {
@@ -164,6 +165,16 @@ TEST(Fuzz, CameraYaml) {
   const TempFolder folder;
   WriteCameraYaml(SmallScene(0, CameraModel::kOpenCV).cameras[1], folder / "c.yaml");
   Fuzz(folder / "c.yaml", [&] { ReadCameraYaml(folder / "c.yaml"); });
+}
+
+TEST(Fuzz, TakenPhotos) {
+  const TempFolder folder;
+  const Scene lens = SmallScene(0, CameraModel::kOpenCV);
+  std::vector<TakenPhoto> photos;
+  for (const View& v : lens.views)
+    photos.push_back({v.name, v.name + ".heic", lens.CameraOf(v), Camera::Pinhole(64, 48, 50, 50, 32, 24)});
+  WriteTakenPhotos(photos, folder.path());
+  Fuzz(folder / ".taken.json", [&] { ReadTakenPhotos(folder.path()); });
 }
 
 TEST(Fuzz, Pictures) {

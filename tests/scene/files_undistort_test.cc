@@ -3,6 +3,8 @@
 #include "files_test_util.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/taken_photos.h"
+#include "scene/program/error.h"
 
 namespace lumi::test {
 namespace {
@@ -186,6 +188,80 @@ TEST(Undistort, AnOpenedWorkspaceGetsItsCopiesInTheCacheAndReusesThem) {
   OpenOptions as_it_is;
   as_it_is.undistort = false;
   EXPECT_EQ(OpenScene(folder / "work", as_it_is, SilentProgress()).cameras[0].model, CameraModel::kOpenCV);
+}
+
+TEST(Undistort, APictureOfThePhotoAsItWasTakenMovesAsThePhotoDid) {
+  for (const Camera& lens : kLenses) {
+    SCOPED_TRACE(std::string(Name(lens.model)));
+    const TempFolder folder;
+    Scene scene = OneView(folder, lens, "a.png");
+    scene.views.push_back(scene.views[0]);  // two of one camera: its map is shared
+    scene.views[1].name = "b.png";
+    WriteImage(scene.ImagePath(scene.views[1]), PhotoOf(lens));
+    const Scene flat = UndistortPhotos(scene, folder / "images", SilentProgress());
+    const TakenToScene taken(flat);
+    const Image8 before = PhotoOf(lens);
+    for (const View& view : flat.views) {
+      const Image8 photo = ReadImage8(flat.ImagePath(view)), moved = taken.Photo(view, before);
+      EXPECT_EQ(taken.Name(view), view.name);
+      EXPECT_EQ(taken.SizePx(view), Eigen::Vector2i(kWidth, kHeight));
+      ASSERT_EQ(moved.data.size(), photo.data.size());
+      int most = 0;
+      for (std::size_t i = 0; i < moved.data.size(); ++i)
+        most = std::max(most, std::abs(moved.data[i] - photo.data[i]));
+      constexpr int kCodes = 2;  // photos are moved to a 32nd of a pixel
+      EXPECT_LE(most, kCodes);
+      // A mask takes the nearest pixel: of this slope it is off by half a pixel's worth.
+      Image8 mask(kWidth, kHeight, 1);
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) mask.At(x, y, 0) = before.At(x, y, 1);
+      const Image8 moved_mask = taken.Mask(view, mask);
+      constexpr int kHalfAPixel = 5;
+      most = 0;
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) most = std::max(most, std::abs(moved_mask.At(x, y, 0) - photo.At(x, y, 1)));
+      EXPECT_LE(most, kHalfAPixel);
+    }
+  }
+}
+
+TEST(Undistort, WhatThePhotosWereIsRecordedWithTheirNames) {
+  const TempFolder folder;
+  Scene scene = OneView(folder, kLenses[0], "a.png");
+  fs::rename(folder / "photos/a.png", folder / "photos/a.heic");
+  scene.views[0].name = "a.heic";  // of an ending that is not kept; what it holds is known by its bytes
+  const Scene flat = UndistortPhotos(scene, folder / "images", SilentProgress());
+  EXPECT_EQ(flat.views[0].name, "a.heic.png");
+  EXPECT_EQ(TakenToScene(flat).Name(flat.views[0]), "a.heic");
+
+  const Camera skewed{CameraModel::kPlumbBob, 60, 40, {50, 50, 31, 19, 0.8, -0.1, 0.02, 0, 0, 0.01}},
+      pinhole = Camera::Pinhole(60, 40, 50, 50, 30, 20);
+  fs::create_directories(folder / "other");
+  WriteTakenPhotos({{"b.png", "b.png", skewed, pinhole}, {"c.png", "c.heic", kLenses[4], pinhole}}, folder / "other");
+  const std::vector<TakenPhoto> read = ReadTakenPhotos(folder / "other");
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].camera.params, skewed.params);
+  EXPECT_EQ(read[1].camera.model, CameraModel::kOpenCVFisheye);
+  EXPECT_EQ(read[1].taken, "c.heic");
+  EXPECT_EQ(read[1].pinhole.params, pinhole.params);
+
+  const std::string text = Read(folder / "other/.taken.json");
+  const auto refuses = [&](const std::string& from, const std::string& to) {
+    std::string wrong = text;
+    wrong.replace(wrong.find(from), from.size(), to);
+    Write(folder / "other/.taken.json", wrong);
+    EXPECT_THROW(ReadTakenPhotos(folder / "other"), InputError) << from << " -> " << to;
+  };
+  refuses("PLUMB_BOB", "LEMON");
+  refuses("\"camera\":0", "\"camera\":7");
+  refuses("\"camera\":0", "\"camera\":-1");
+  refuses("\"pinhole\":1", "\"pinhole\":0");
+  refuses("\"taken\"", "\"given\"");
+  refuses("50.0", "-50.0");
+  refuses("{", "");
+  WriteTakenPhotos({{"b.png", "b.png", pinhole, pinhole}}, folder / "other");
+  EXPECT_FALSE(fs::exists(folder / "other/.taken.json")) << "nothing is to be said";
+  EXPECT_TRUE(ReadTakenPhotos(folder / "other").empty());
 }
 
 }  // namespace
