@@ -63,8 +63,7 @@ json Shaders() {
           {"rays", shader::Rays()},
           {"photos", shader::Photos()},
           {"blending", shader::Blending()},
-          {"row_texels", shader::kEsRowTexels},
-          {"map_columns", shader::kEsMapColumns}};
+          {"row_texels", shader::kEsRowTexels}};
 }
 
 // Each measure's fields one after another, and where each begins.

@@ -39,19 +39,29 @@ const start = async () => {
     state.moved = performance.now();
   };
   const corners = readMesh(await readPart("proxy.bin"), manifest.proxy);
+  // No texture may be wider or higher.
+  const asked = Number(query.get("texture-px"));
+  const textureSide = Math.min(gl.getParameter(gl.MAX_TEXTURE_SIZE), asked >= 1 ? asked : Infinity);
+  let lacking = "";
+  if (manifest.visibility && LumigraphRenderer.mapColumns(manifest, textureSide) === 0) {
+    manifest.visibility = undefined;
+    lacking = "this device cannot hold what each photo sees: hidden things may shine through";
+  }
   const besidePhotos = LumigraphRenderer.bytesFor(manifest, corners);
-  const photos =
-      new Photos(gl, manifest, Math.max(kLeastForPhotos * memoryMb * 1e6, memoryMb * 1e6 - besidePhotos), () => {
-        state.dirty = true;
-        showLoading();
-      });
+  const photosBytes = Math.max(kLeastForPhotos * memoryMb * 1e6, memoryMb * 1e6 - besidePhotos);
+  const photos = new Photos(gl, manifest, photosBytes, textureSide, () => {
+    state.dirty = true;
+    showLoading();
+  });
   const showLoading = () => {
     const n = photos.loadedCount, all = manifest.photos.length, done = photos.finished;
     byId("loading").firstElementChild.style.width = (100 * n) / all + "%";
     byId("loading").setAttribute("aria-valuenow", Math.round((100 * n) / all));
     byId("loading").classList.toggle("done", done);
-    byId("status").textContent = done ? (photos.failed ? photos.failed + " photos could not be loaded" : "") :
-                                        "loading photos: " + n + " of " + all;
+    let said = photos.failed ? photos.failed + " photos could not be loaded" : lacking;
+    if (photos.outOfMemory)
+      said = "the graphics memory is full: ?memory-mb=" + Math.ceil(memoryMb / 2) + " in the address takes half";
+    byId("status").textContent = done ? said : "loading photos: " + n + " of " + all;
   };
 
   // The photos nearest to a view, by the angle at points along five of its rays at the typical depth, and in time where
@@ -202,7 +212,7 @@ const start = async () => {
   };
 
   const makeRenderer = async () => {
-    renderer = new LumigraphRenderer(gl, manifest, photos, corners);
+    renderer = new LumigraphRenderer(gl, manifest, photos, corners, textureSide);
     if (manifest.fields) renderer.setFields(new Float32Array((await readPart("fields.bin")).buffer));
   };
   await makeRenderer();
@@ -272,10 +282,13 @@ const start = async () => {
       [overlay.width, overlay.height] = state.overlay ? size.canvas : [1, 1];
       if (state.overlay) drawCameras(overlay, manifest, view, 0.12 * manifest.typical_depth);
     }
+    if (firstPicture === null && gl.getError() === gl.OUT_OF_MEMORY)
+      say("The graphics processor has no memory left for this scene. Close other tabs and programs, and reload.");
     if (firstPicture === null && photos.hasNearest(state.settings.k)) {
       gl.finish();
       firstPicture = {ms: performance.now() - begun, bytes: bytesLoaded};
       photos.begin();
+      showLoading();  // there may be no more to come
     }
     const ms = performance.now() - now;
     frames.push(ms);

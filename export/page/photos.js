@@ -52,10 +52,13 @@ const decodePixels = async (bytes, [width, height]) => {
   canvas.width = width;
   canvas.height = height;
   const context = canvas.getContext("2d", {willReadFrequently: true});
-  context.drawImage(bitmap, 0, 0);
+  context.imageSmoothingQuality = "high";
+  context.drawImage(bitmap, 0, 0, width, height);
   bitmap.close();
   return new Uint8Array(context.getImageData(0, 0, width, height).data.buffer);
 };
+
+class GraphicsMemoryFull extends Error {}
 
 // Layers of photos of one size.
 class PhotoGroup {
@@ -76,6 +79,11 @@ class PhotoGroup {
       this.id = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.id);
       gl.texStorage3D(gl.TEXTURE_2D_ARRAY, this.levels, gl.RGBA8, ...this.size, this.layers);
+      if (gl.getError() === gl.OUT_OF_MEMORY) {
+        gl.deleteTexture(this.id);
+        this.id = null;
+        throw new GraphicsMemoryFull("the graphics memory is full");
+      }
       gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
       gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
       for (const p of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
@@ -97,9 +105,16 @@ const kNearest = 24;  // photos that come first, small where they may be
 const kTries = 4;    // of a photo while there is no network: pauses of 0.5, 2 and 8 s
 
 class Photos {
-  // changed: called when a photo arrived or left.
-  constructor(gl, manifest, memoryBytes, changed) {
-    Object.assign(this, {gl, manifest, changed, failed: 0, onTheirWay: 0, stopped: false, begun: false});
+  // Photos wider or higher than textureSide are halved until they are not. changed: called when a photo arrived or left.
+  constructor(gl, manifest, memoryBytes, textureSide, changed) {
+    Object.assign(
+        this,
+        {gl, manifest, changed, failed: 0, outOfMemory: false, onTheirWay: 0, stopped: false, begun: false});
+    for (const level of manifest.photos.flatMap((about) => about.levels))
+      while (Math.max(...level.size) > textureSide) {
+        level.size = level.size.map((side) => Math.max(1, side >> 1));
+        ++level.shift;
+      }
     this.photos = manifest.photos.map(
         (about) => ({about, detail: about.levels.map(() => ({group: null, layer: -1, loading: false}))}));
     this.groups = [];
@@ -165,7 +180,7 @@ class Photos {
   // Whether the k nearest are there, each as sharp or small as it may be; kFirst of them where k is more, or 0 (all).
   hasNearest(k) {
     return this.order.slice(0, k > 0 ? Math.min(k, kFirst) : kFirst)
-        .every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed);
+        .every((j) => this.levelOf(j) >= 0 || this.photos[j].about.failed || this.outOfMemory);
   }
   get finished() {
     return this.begun && this.onTheirWay === 0 && this.next() === null;
@@ -249,6 +264,7 @@ class Photos {
     try {
       about.levels[l].bytesKept ??= await readPart(about.levels[l].part);
       const level = about.levels[l];
+      if (of.group.layers === 0) throw new GraphicsMemoryFull("the graphics memory is full");
       const pixels = await decodePixels(level.bytesKept, level.size);
       if (!inPage) level.bytesKept = undefined;  // the browser's cache has it
       const layer = this.freeLayer(j, l);
@@ -265,8 +281,14 @@ class Photos {
       if (error instanceof TypeError && about.tries < kTries && !this.stopped) {
         await new Promise((resolve) => setTimeout(resolve, 500 * 4 ** (about.tries - 1)));
       } else {
-        about.failed = true;
-        ++this.failed;
+        if (error instanceof GraphicsMemoryFull) {
+          this.outOfMemory = true;
+          of.group.layers = 0;
+          of.group.owner = [];
+        }
+        // Without sharp photos there are small ones, where the page has them.
+        about.failed = !this.outOfMemory || l === detail.length - 1;
+        this.failed += about.failed ? 1 : 0;
         console.warn("photo " + j + ": " + error.message);
       }
     }

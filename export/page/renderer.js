@@ -5,13 +5,14 @@
 const kSpare = 3;  // photos a sample lists beyond k (kSpareCandidates)
 
 class LumigraphRenderer {
-  constructor(gl, manifest, photos, corners) {
+  constructor(gl, manifest, photos, corners, textureSide) {
     Object.assign(this, {gl, manifest, photos});
     if (!gl.getExtension("EXT_color_buffer_float"))
       throw new Error(
           "this browser's WebGL cannot draw floating-point numbers (EXT_color_buffer_float), which the renderer needs");
     this.programs = new Map();
     this.count = manifest.photos.length;
+    this.columns = manifest.visibility ? LumigraphRenderer.mapColumns(manifest, textureSide) : 0;
     this.empty = gl.createVertexArray();
     this.mesh = gl.createVertexArray();
     this.cornerCount = corners.length / 6;
@@ -58,7 +59,7 @@ class LumigraphRenderer {
     if (this.photos.whole) out.push("WHOLE_LAYERS");
     if (s.falling_leaves) out.push("FALLING_LEAVES");
     if (s.field_of_view) out.push("FIELD_OF_VIEW");
-    if (s.visibility && this.manifest.visibility) out.push("VISIBILITY");
+    if (s.visibility && this.manifest.visibility) out.push("VISIBILITY", "MAP_COLUMNS " + this.columns);
     let stretch = false, photoTerms = false;
     for (const term of this.manifest.terms) {
       if (!s.terms[term.name]) continue;
@@ -132,22 +133,26 @@ class LumigraphRenderer {
     gl.disable(gl.DEPTH_TEST);
   }
 
+  // How many depth maps stand side by side, in a texture that is about square; 0: it would be larger than textureSide.
+  static mapColumns(manifest, textureSide) {
+    const [w, h] = manifest.visibility.size, n = manifest.photos.length;
+    const columns = Math.min(Math.ceil(Math.sqrt((n * h) / w)), Math.floor(textureSide / w));
+    return columns > 0 && h * Math.ceil(n / columns) <= textureSide ? columns : 0;
+  }
   // What stays on the graphics processor beside photos: the proxy, and what each photo sees of it.
   static bytesFor(manifest, corners) {
     const [w, h] = manifest.visibility ? manifest.visibility.size : [0, 0];
-    const n = manifest.photos.length, columns = manifest.shaders.map_columns;
-    return corners.byteLength + 4 * w * Math.min(columns, n) * h * Math.ceil(n / columns);
+    return corners.byteLength + 4 * w * h * manifest.photos.length;
   }
 
   // Depth maps of what photos see of the proxy: of those that are there and have none yet.
   addVisibility() {
     const {gl, manifest} = this;
     if (!manifest.visibility) return;
-    const [w, h] = manifest.visibility.size, columns = manifest.shaders.map_columns;
+    const [w, h] = manifest.visibility.size, {columns} = this;
     if (!this.sees) {
       this.sees = nearestTexture(gl, gl.TEXTURE_2D);
-      gl.texStorage2D(
-          gl.TEXTURE_2D, 1, gl.R32F, w * Math.min(columns, this.count), h * Math.ceil(this.count / columns));
+      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R32F, w * columns, h * Math.ceil(this.count / columns));
       this.oneMap = new Target(gl, [gl.R32F], {depth: true});
       this.oneMap.resize(w, h);
       this.mapped = new Uint8Array(this.count);

@@ -48,9 +48,7 @@ precision highp usampler2DArray;
 
 std::string Version(ShaderLanguage language) {
   return language == ShaderLanguage::kEs300
-             ? fmt::format("#version 300 es\n#define ROW_TEXELS {}\n#define MAP_COLUMNS {}\n", kEsRowTexels,
-                           kEsMapColumns) +
-                   kTextureRows
+             ? fmt::format("#version 300 es\n#define ROW_TEXELS {}\n", kEsRowTexels) + kTextureRows
              : std::string("#version 430 core\n") + kBuffers;
 }
 

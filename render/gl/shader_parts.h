@@ -8,11 +8,12 @@
 
 namespace lumi::shader {
 
-// "#version", and how buffers are read: BUFFER, UINT_BUFFER, FETCH(buffer, i), FACE_NORMAL(pixel), VISIBILITY_TEXEL(map,
-// texel). In ES 3.00 a buffer is a texture of kEsRowTexels columns, maps stand kEsMapColumns side by side, and the depth
-// map has the face's normal in its other three channels.
+// "#version", and how buffers are read: BUFFER, UINT_BUFFER, FETCH(buffer, i), FACE_NORMAL(pixel),
+// VISIBILITY_TEXEL(map, texel). In ES 3.00 a buffer is a texture of kEsRowTexels columns, maps stand MAP_COLUMNS side
+// by side (defined by the page, which knows how wide a texture may be), and the depth map has the face's normal in its
+// other three channels.
 enum class ShaderLanguage { kDesktop430, kEs300 };
-constexpr int kEsRowTexels = 1024, kEsMapColumns = 16;
+constexpr int kEsRowTexels = 1024;
 std::string Version(ShaderLanguage language);
 // The core's numbers, as the text of the other parts names them.
 std::string Constants();
@@ -36,7 +37,8 @@ std::string TermOf(std::string_view measure);
 // colours) at a place in it (its sides 1), from its pyramid at a level, 0 for its own pixels.
 std::string Photos();
 
-// bool OpenAt(vec2 pixel), which sets the ray that the measures read, false where it misses the proxy; float Theta(vec4 D).
+// bool OpenAt(vec2 pixel), which sets the ray that the measures read, false where it misses the proxy; float Theta(vec4
+// D).
 std::string Rays();
 // The rest of a blend shader: the candidates, the search for the k nearest, main().
 std::string Blending();

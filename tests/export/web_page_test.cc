@@ -363,6 +363,33 @@ TEST(WebPage, ComesToRestWhereItsMemoryHoldsFewerPhotosThanItHas) {
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 
+TEST(WebPage, ADeviceWithSmallTexturesShowsSmallerPhotosOfTheSameView) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string page = "file://" + Desk().page().string();
+  Chromium& whole = At(page);
+  SceneBeside beside(Desk().scene(), PageSettings(whole));
+  const RenderView view = ViewsBetween(beside.scene(), 5, {320, 240})[2];
+  const json wanted = ViewForPage(view, beside.scene().normalized_from_world);
+  EXPECT_EQ(whole.Evaluate("lumigraph.manifest.visibility.size"), json({128, 96}));
+  EXPECT_EQ(whole.Evaluate("lumigraph.renderer.columns").get<int>(), 3) << "six maps, about square";
+
+  // Photos of 320 x 240 are halved; the maps go into two columns of three.
+  Chromium& small = At(page + "?texture-px=288");
+  EXPECT_EQ(small.Evaluate("lumigraph.renderer.columns").get<int>(), 2);
+  EXPECT_EQ(small.Evaluate("lumigraph.manifest.photos[0].levels[0].size"), json({160, 120}));
+  EXPECT_EQ(small.Evaluate("lumigraph.manifest.photos[0].levels[0].shift").get<int>(), 1);
+  constexpr double kHalvedDb = 24;  // of a picture as large as the whole photos
+  EXPECT_GE(Compare(beside.Render(view), PagePicture(small, wanted)).psnr_db, kHalvedDb);
+  EXPECT_THAT(small.errors(), IsEmpty());
+
+  // One column of maps would be too high.
+  Chromium& tiny = At(page + "?texture-px=128");
+  EXPECT_EQ(tiny.Evaluate("document.getElementById('status').textContent").get<std::string>(),
+            "this device cannot hold what each photo sees: hidden things may shine through");
+  PagePicture(tiny, wanted);
+  EXPECT_THAT(tiny.errors(), IsEmpty());
+}
+
 TEST(WebPage, NamesAreTextWhateverTheySay) {
   SKIP_WITHOUT_BROWSER();
   const fs::path scene = Desk().capture() / "<img src=x onerror='window.taken=1'>";
