@@ -102,7 +102,8 @@ void AddStabilisation(Options& app, std::string& stabilize, StabilizeVideoOption
   app.Pass("--iterations", steady.path_arguments, "Rounds for --min-scale's sake (as lumi-stabilize)");
   app.Pass("--object", steady.path_arguments, "vertigo: X,Y,WIDTH,HEIGHT of what stays (as lumi-stabilize)");
   app.Pass("--object-point", steady.path_arguments, "vertigo: X,Y of a track that stays (as lumi-stabilize)");
-  app.Pass("--object-frame", steady.path_arguments, "vertigo: the frame that --object speaks of (as lumi-stabilize)");
+  app.Pass("--object-frame", steady.path_arguments,
+           "vertigo: the film's frame that --object speaks of, from 0; shots without it are steadied by smooth");
   app.Pass("--k", steady.render_arguments, "Frames that a pixel blends (as lumi-render)");
   app.Pass("--render-window", steady.render_arguments,
            "Frames to either side that a picture may use (lumi-render's --window-frames)");

@@ -42,6 +42,7 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
                                            const StabilizeVideoOptions& options, double fps, ProgressSink& progress) {
   std::vector<fs::path> frames;
   const MatrixPath made = ReadMatrixPath(window / "path.json");
+  const std::string& model = made.model.empty() ? options.model : made.model;  // the first shot may lack the object
   std::vector<double> time_s;
   for (const MatrixKey& key : made.keys) {
     frames.push_back(window / "frames" / key.view);
@@ -85,7 +86,7 @@ StabilizeTradeoff MeasureStabilizeTradeoff(const fs::path& window, const fs::pat
       };
       const std::string scene = (window / "scene").string();
       const StageResult solved =
-          run("lumi-stabilize", {scene, "-o", path.string(), "--model", options.model, "--border", options.border},
+          run("lumi-stabilize", {scene, "-o", path.string(), "--model", model, "--border", options.border},
               options.path_arguments, dial.of_path);
       std::vector<std::string> draw{scene, "-o", steady.string(), "--path", path.string(), "--proxy", "per-view"};
       if (options.border == "fill") draw.insert(draw.end(), {"--border", "fill"});

@@ -13,6 +13,7 @@
 #include "pipeline/stabilize/score_rows.h"
 #include "pipeline/stabilize/stabilize_report.h"
 #include "pipeline/stabilize/stabilize_tradeoff.h"
+#include "pipeline/stabilize/window_object.h"
 #include "scene/files/atomic_file.h"
 #include "scene/files/image_io.h"
 #include "scene/files/matrix_path.h"
@@ -112,6 +113,7 @@ class StabilizeRun {
   StabilizeVideoSummary Go() {
     const auto start = Clock::now();
     facts_ = LookAtFilm(o_.input, progress_);
+    if (o_.model == "vertigo") RequireObjectFrame(o_.path_arguments, static_cast<int>(facts_.time_s.size()));
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
     RequireOurFolder(work_, "state.json");
@@ -274,8 +276,17 @@ class StabilizeRun {
       std::string model;
       bool joined;
     };
-    std::vector<Way> ways{{o_.model, window.joined}};
-    if (!windows_.empty() && o_.model != "smooth") ways.push_back({"smooth", window.joined});
+    const bool keeps_object = window.joined && !ReadMatrixPath(windows_.back().folder / "path.json").object_px.empty();
+    const auto object = ObjectArguments(o_.path_arguments, window.begin, window.end, keeps_object);
+    const bool without_object = o_.model == "vertigo" && !object;
+    if (without_object)
+      progress_.Message(
+          fmt::format("warning: frames {} to {}: the frame that --object speaks of (--object-frame) is "
+                      "not among them; smooth instead",
+                      window.begin, window.end));
+    const std::string model = without_object ? "smooth" : o_.model;
+    std::vector<Way> ways{{model, window.joined}};
+    if (!windows_.empty() && model != "smooth") ways.push_back({"smooth", window.joined});
     if (window.joined) ways.push_back({"smooth", false});
     for (std::size_t i = 0;; ++i) {
       std::vector<std::string> arguments{(window.folder / "scene").string(), "--model", ways[i].model};
@@ -284,7 +295,8 @@ class StabilizeRun {
       arguments.insert(arguments.end(), {"--plot", (window.folder / "tracks.svg").string()});
       if (ways[i].joined)
         arguments.insert(arguments.end(), {"--continue", (windows_.back().folder / "path.json").string()});
-      arguments.insert(arguments.end(), o_.path_arguments.begin(), o_.path_arguments.end());
+      const std::vector<std::string>& passed = ways[i].model == "vertigo" ? *object : o_.path_arguments;
+      arguments.insert(arguments.end(), passed.begin(), passed.end());
       try {
         window.path = Start("path", "lumi-stabilize", arguments, number).summary.As<sibling::PathSummary>();
       } catch (const Error& e) {
