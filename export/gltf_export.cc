@@ -70,11 +70,21 @@ json MatrixOf(const Eigen::Matrix4d& m) {
   return columns;
 }
 
+// What mesh and cameras are written relative to, in world: the origin, or the scene's centre where it is so far away
+// (as in a map's coordinates) that floats, which a mesh has and viewers compute with, would lose its detail.
+Eigen::Vector3d OriginOf(const Scene& scene) {
+  constexpr double kFar = 100;  // sizes of the scene: floats then have 1e-5 of it
+  const Similarity3 world_from_normalized = scene.normalized_from_world.Inverse();
+  const Eigen::Vector3d& centre = world_from_normalized.translation;
+  return centre.norm() > kFar * world_from_normalized.scale ? centre : Eigen::Vector3d::Zero();
+}
+
 // y up from the world, whose unit is made a metre where that is known.
 Eigen::Matrix4d GltfFromWorld(const Scene& scene) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.topLeftCorner<3, 3>() = scene.metres_per_unit.value_or(1) *
                             Eigen::Quaterniond::FromTwoVectors(scene.up, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  m.topRightCorner<3, 1>() = m.topLeftCorner<3, 3>() * OriginOf(scene);
   return m;
 }
 
@@ -93,7 +103,7 @@ void AddCameras(const Scene& scene, json& gltf) {
     Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
     world_from_cam.topLeftCorner<3, 3>() =
         view.cam_from_world.rotation.toRotationMatrix().transpose() * Eigen::Vector3d(1, -1, -1).asDiagonal();
-    world_from_cam.topRightCorner<3, 1>() = view.CentreInWorld();
+    world_from_cam.topRightCorner<3, 1>() = view.CentreInWorld() - OriginOf(scene);
     gltf["nodes"].push_back(
         {{"name", view.name}, {"camera", gltf["cameras"].size() - 1}, {"matrix", MatrixOf(world_from_cam)}});
   }
@@ -104,9 +114,10 @@ std::string Glb(const Lumigraph& lumigraph, const VertexColors& colors) {
   Buffer buffer;
   std::vector<float> positions;
   std::vector<std::uint16_t> rgba;
+  const Eigen::Vector3d origin = OriginOf(lumigraph.scene());
   Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity()), most = -least;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const Eigen::Vector3f v = mesh.vertices[i].cast<float>();
+    const Eigen::Vector3f v = (mesh.vertices[i] - origin).cast<float>();
     least = least.cwiseMin(v);
     most = most.cwiseMax(v);
     positions.insert(positions.end(), v.data(), v.data() + 3);
@@ -152,19 +163,23 @@ std::string Glb(const Lumigraph& lumigraph, const VertexColors& colors) {
   return std::string(reinterpret_cast<const char*>(head), sizeof head) + chunks;
 }
 
-// As trainers of splats read their first points: position, normal, colour.
+// As trainers of splats read their first points: position, normal, colour. Positions are doubles where floats would not
+// do.
 long WritePoints(const Lumigraph& lumigraph, const VertexColors& colors, const std::filesystem::path& file) {
   const Mesh& mesh = lumigraph.mesh();
   std::vector<Eigen::Vector3d> centres;
   for (const View& view : lumigraph.scene().views) centres.push_back(view.CentreInWorld());
   const std::vector<Eigen::Vector3d> normals = VertexNormals(mesh, centres);
+  const bool far = OriginOf(lumigraph.scene()) != Eigen::Vector3d::Zero();
   std::string body;
   long count = 0;
   const auto add = [&](const Eigen::Vector3d& x, const Eigen::Vector3d& n, const Eigen::Array3f& rgb) {
-    for (const Eigen::Vector3d* v : {&x, &n}) {
-      const Eigen::Vector3f f = v->cast<float>();
-      body.append(reinterpret_cast<const char*>(f.data()), 12);
-    }
+    const Eigen::Vector3f near = x.cast<float>(), normal = n.cast<float>();
+    if (far)
+      body.append(reinterpret_cast<const char*>(x.data()), 24);
+    else
+      body.append(reinterpret_cast<const char*>(near.data()), 12);
+    body.append(reinterpret_cast<const char*>(normal.data()), 12);
     for (int c = 0; c < 3; ++c) body.push_back(static_cast<char>(std::lround(255 * rgb[c])));
     ++count;
   };
@@ -176,7 +191,8 @@ long WritePoints(const Lumigraph& lumigraph, const VertexColors& colors, const s
             255);
   std::string head =
       fmt::format("ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n", kExportGenerator, count);
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) head += fmt::format("property float {}\n", name);
+  for (const char* name : {"x", "y", "z"}) head += fmt::format("property {} {}\n", far ? "double" : "float", name);
+  for (const char* name : {"nx", "ny", "nz"}) head += fmt::format("property float {}\n", name);
   for (const char* name : {"red", "green", "blue"}) head += fmt::format("property uchar {}\n", name);
   WriteTextAtomically(file, head + "end_header\n" + body);
   return count;

@@ -1,5 +1,6 @@
 // lumi-export gltf: the proxy as a glTF 2.0 mesh (GLB) with a colour a vertex, and the photos' cameras as glTF cameras
 // with their names. Metres and y up, as glTF has them: the scene's up becomes y; its units stay where it has no scale.
+// A scene far from its world's origin is written about its own centre, where the root node puts it.
 #pragma once
 
 #include <filesystem>

@@ -7,6 +7,7 @@
 
 #include "export/vertex_colors.h"
 #include "scene/files/atomic_file.h"
+#include "scene/files/mesh_io.h"
 #include "scene/files/scene_folder.h"
 #include "scene/program/error.h"
 #include "tests/support/simulated_capture.h"
@@ -87,6 +88,44 @@ TEST(Gltf, HoldsTheProxyAndTheCameras) {
   for (int k = 0; k < 16; ++k) top(k % 4, k / 4) = root[static_cast<std::size_t>(k)];
   EXPECT_LE((top.topLeftCorner<3, 3>() * scene.up - Eigen::Vector3d::UnitY()).norm(), 1e-9);
   EXPECT_TRUE(ReadText(Desk() / "points.ply").starts_with("ply\nformat binary_little_endian"));
+}
+
+// Such as a map's coordinates: floats have half a metre there.
+TEST(Gltf, ASceneFarFromTheOriginKeepsItsDetail) {
+  const std::filesystem::path folder = Desk() / "far";
+  std::filesystem::copy(Desk().path(), folder, std::filesystem::copy_options::recursive);
+  Scene scene = OpenScene(folder, {}, SilentProgress());
+  Mesh mesh = LoadProxy(scene, "");
+  const double size = 1 / scene.normalized_from_world.scale;
+  const Similarity3 move{1, Eigen::Quaterniond::Identity(), size * Eigen::Vector3d(5e5, 4e6, 100)};
+  for (Eigen::Vector3d& v : mesh.vertices) v = move * v;
+  WriteMesh(ProxyPath(folder, scene.active_proxy), mesh);
+  Transform(scene, move);
+  WriteScene(scene, folder);
+  scene = OpenScene(folder, {}, SilentProgress());
+  mesh = LoadProxy(scene, "");
+  ExportGltf({folder, folder / "far.glb", "", folder / "far.ply"}, SilentProgress());
+  const Glb glb = Read(folder / "far.glb");
+  const auto matrix_of = [](const json& node) {
+    Eigen::Matrix4d m;
+    for (int k = 0; k < 16; ++k) m(k % 4, k / 4) = node["matrix"][static_cast<std::size_t>(k)];
+    return m;
+  };
+  const Eigen::Matrix4d gltf_from_local = matrix_of(glb.text["nodes"].back());
+  const Eigen::Vector3d origin =
+      gltf_from_local.topLeftCorner<3, 3>().inverse() * gltf_from_local.topRightCorner<3, 1>();
+  constexpr double kOfTheSize = 1e-6;
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += 97) {
+    Eigen::Vector3f v;
+    std::memcpy(v.data(), glb.binary.data() + 12 * i, 12);
+    EXPECT_LE((v.cast<double>() + origin - mesh.vertices[i]).norm(), kOfTheSize * size);
+  }
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const Eigen::Vector3d centre = matrix_of(glb.text["nodes"][i + 1]).topRightCorner<3, 1>();
+    EXPECT_LE(centre.norm(), 100 * size) << "floats hold it";
+    EXPECT_LE((centre + origin - scene.views[i].CentreInWorld()).norm(), kOfTheSize * size);
+  }
+  EXPECT_NE(ReadText(folder / "far.ply").find("property double x\n"), std::string::npos);
 }
 
 TEST(Gltf, VerticesHaveTheColourOfAConstantWorld) {
