@@ -244,7 +244,8 @@ void FitCamerasToPhotos(Scene& scene, const std::vector<ImageInfo>& photos, bool
             scene.ImagePath(view),
             fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", sizes[i].x(), sizes[i].y(), size.x(),
                         size.y()),
-            "put the photos there that the cameras were computed from, or scale the cameras with --rescale-cameras");
+            "put the photos there that the cameras were computed from, or scale the cameras: --rescale-cameras of "
+            "lumi-pipeline (which makes a scene of them), lumi-render and lumi-view");
       factors[i] = sizes[i].cast<double>().cwiseQuotient(size.cast<double>());
       changed = true;
     }

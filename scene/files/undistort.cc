@@ -216,7 +216,7 @@ Scene UndistortPhotos(const Scene& scene, const fs::path& image_folder, Progress
         throw InputError(from,
                          fmt::format("the photo is {} x {} pixels, its camera is for {} x {}", photo.width,
                                      photo.height, camera.width_px, camera.height_px),
-                         "scale the cameras with --rescale-cameras");
+                         "scale the cameras: --rescale-cameras of lumi-pipeline, lumi-render and lumi-view");
       WriteImage(to, Undistorted(photo, *maps), kJpegQuality);
     }
     record.Add(view.name, key, to);
