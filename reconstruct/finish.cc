@@ -101,7 +101,7 @@ void RemoveMasksOfEarlierRun(const fs::path& scene) {
 
 void NoteHowPhotosWereTaken(const Scene& scene, const GivenCamera& given, const std::map<std::string, Camera>& skewed) {
   std::vector<TakenPhoto> photos = ReadTakenPhotos(scene.image_folder);
-  if (photos.empty())  // none was undistorted: where all cameras are one, any does
+  if (photos.empty())  // none was undistorted: both cameras of a photo are one, and where it has none, any will do
     for (const View& view : scene.views) {
       const Eigen::Vector2i size = SizePx(scene, view);
       const Camera as_it_is = scene.frame == Frame::kMetric ? scene.CameraOf(view)

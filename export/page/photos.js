@@ -281,13 +281,14 @@ class Photos {
       if (error instanceof TypeError && about.tries < kTries && !this.stopped) {
         await new Promise((resolve) => setTimeout(resolve, 500 * 4 ** (about.tries - 1)));
       } else {
-        if (error instanceof GraphicsMemoryFull) {
+        const full = error instanceof GraphicsMemoryFull;
+        if (full) {
           this.outOfMemory = true;
           of.group.layers = 0;
           of.group.owner = [];
         }
         // Without sharp photos there are small ones, where the page has them.
-        about.failed = !this.outOfMemory || l === detail.length - 1;
+        about.failed = !full || l === detail.length - 1;
         this.failed += about.failed ? 1 : 0;
         console.warn("photo " + j + ": " + error.message);
       }

@@ -17,11 +17,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const std::vector<double> kDistorted{60, 32, 24, 0.05};  // of a SIMPLE_RADIAL camera
+
 struct Workspace {
   TemporaryFolder folder;
   fs::path path = folder / "workspace";
   fs::path output = folder / "scene";
   Workspace() { WriteColmapModel(MakeSmallScene(path / "images", 5), path / "sparse"); }
+  void Distort() const {
+    Scene scene = MakeSmallScene(path / "images", 5);
+    scene.cameras[0].model = CameraModel::kSimpleRadial;
+    scene.cameras[0].params = kDistorted;
+    WriteColmapModel(scene, path / "sparse");
+  }
   StageResult Import() const { return ImportScene({path, output, false}, SilentProgress()); }
 };
 
@@ -89,28 +97,22 @@ TEST(ImportScene, LeavesASceneThatWasNotImportedAlone) {
 
 TEST(ImportScene, WhatThePhotosWereBeforeTheyWereUndistortedGoesAlong) {
   const Workspace w;
-  Scene scene = MakeSmallScene(w.path / "images", 5);
-  scene.cameras[0].model = CameraModel::kSimpleRadial;
-  scene.cameras[0].params = {60, 32, 24, 0.05};
-  WriteColmapModel(scene, w.path / "sparse");
+  w.Distort();
   w.Import();
   const std::vector<TakenPhoto> taken = ReadTakenPhotos(w.output / "images");
   ASSERT_EQ(taken.size(), 5U);
-  EXPECT_EQ(taken[0].camera.params, scene.cameras[0].params);
+  EXPECT_EQ(taken[0].camera.params, kDistorted);
   // Into another scene: photos that are undistorted already.
   ImportScene({w.output, w.folder / "again", false}, SilentProgress());
   const std::vector<TakenPhoto> again = ReadTakenPhotos(w.folder / "again/images");
   ASSERT_EQ(again.size(), 5U);
-  EXPECT_EQ(again[0].camera.params, scene.cameras[0].params);
+  EXPECT_EQ(again[0].camera.params, kDistorted);
 }
 
 TEST(ImportScene, NothingIsLeftWhenAPhotoCannotBeRead) {
   const Workspace w;
   // Distorted photos are read and resampled (others are linked).
-  Scene scene = MakeSmallScene(w.path / "images", 5);
-  scene.cameras[0].model = CameraModel::kSimpleRadial;
-  scene.cameras[0].params = {60, 32, 24, 0.05};
-  WriteColmapModel(scene, w.path / "sparse");
+  w.Distort();
   // The header, which is looked at first, is whole.
   const fs::path photo = w.path / "images/photo12.png";
   fs::resize_file(photo, fs::file_size(photo) - 20);

@@ -15,6 +15,7 @@
 #include "scene/program/error.h"
 #include "tests/proxy/hull_bodies.h"
 #include "tests/proxy/synthetic_scene.h"
+#include "tests/support/messages_kept.h"
 #include "tests/support/summary_json.h"
 
 namespace lumi::test {
@@ -22,14 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-class HullMessages : public ProgressSink {
- public:
-  void Report(const std::string&, long, long, double, double) override {}
-  void Finish(const std::string&, long, double) override {}
-  void Message(const std::string& line) override { all += line + "\n"; }
-  std::string all;
-};
 
 // A red ellipsoid before a grey wall, photographed from eight sides.
 void WriteEllipsoidScene(const fs::path& folder) {
@@ -234,7 +227,7 @@ TEST(HullCommands, MasksOfPhotosAsTheyWereTakenAreUndistortedAsThePhotosWere) {
     fs::rename(folder / "masks" / ("of " + name), folder / "masks" / name);
   }
   masks.undistort = false;
-  HullMessages said;
+  MessagesKept said;
   RunSilhouettes(folder / "scene", masks, {}, folder / "as_they_are", said);
   EXPECT_THAT(said.all, testing::HasSubstr("--undistort"));
   const std::string first = found["silhouettes"][0]["name"].get<std::string>() + ".png";

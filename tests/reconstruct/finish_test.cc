@@ -16,6 +16,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Scene OnePhoto(const fs::path& folder, const std::string& name, const Camera& camera) {
+  Scene scene;
+  scene.image_folder = folder;
+  scene.cameras.push_back(camera);
+  View view;
+  view.name = name;
+  view.camera = {0};
+  scene.views.push_back(view);
+  return scene;
+}
+
 TEST(FinishScene, AMaskIsUndistortedAsItsPhotoIs) {
   // The photo is its own mask: black and white fields, whose borders lie anywhere in the undistorted pixels.
   constexpr int kWidth = 240, kHeight = 180, kField = 6;
@@ -31,13 +42,7 @@ TEST(FinishScene, AMaskIsUndistortedAsItsPhotoIs) {
   camera.width_px = kWidth;
   camera.height_px = kHeight;
   camera.params = {200, 0.5 * kWidth + 3.3, 0.5 * kHeight - 2.6, -0.12};
-  Scene scene;
-  scene.image_folder = folder / "photos";
-  scene.cameras.push_back(camera);
-  View view;
-  view.name = "a.png";
-  view.camera = {0};
-  scene.views.push_back(view);
+  Scene scene = OnePhoto(folder / "photos", "a.png", camera);
   ReconstructOptions options;
   options.scene = folder / "scene";
   options.masks = folder / "masks";
@@ -65,13 +70,7 @@ TEST(FinishScene, AMaskIsUndistortedAsItsPhotoIs) {
 TEST(FinishScene, ARunWithoutMasksLeavesNoneOfAnEarlierRun) {
   const TemporaryFolder folder;
   WriteImage(folder / "photos" / "a.png", Image8(60, 40, 3, 90));
-  Scene scene;
-  scene.image_folder = folder / "photos";
-  scene.cameras.push_back(Camera::Pinhole(60, 40, 50, 50, 30, 20));
-  View view;
-  view.name = "a.png";
-  view.camera = {0};
-  scene.views.push_back(view);
+  Scene scene = OnePhoto(folder / "photos", "a.png", Camera::Pinhole(60, 40, 50, 50, 30, 20));
   ReconstructOptions options;
   options.scene = folder / "scene";
   const auto finish = [&] {
@@ -97,13 +96,7 @@ struct StagedScene {
   GivenCamera given;
   explicit StagedScene(const Camera& camera) {
     WriteImage(folder / "photos" / "b.png", Image8(camera.width_px, camera.height_px, 3, 90));
-    Scene scene;
-    scene.image_folder = folder / "photos";
-    scene.cameras.push_back(camera);
-    View view;
-    view.name = "b.png";
-    view.camera = {0};
-    scene.views.push_back(view);
+    Scene scene = OnePhoto(folder / "photos", "b.png", camera);
     ReconstructOptions options;
     options.scene = folder / "scene";
     ReconstructSummary summary;

@@ -16,20 +16,13 @@
 #include "scene/files/temporary_folder.h"
 #include "scene/model/orientation.h"
 #include "scene/program/error.h"
+#include "tests/support/messages_kept.h"
 #include "tests/support/photo_files.h"
 
 namespace lumi {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Messages : public ProgressSink {
- public:
-  void Report(const std::string&, long, long, double, double) override {}
-  void Finish(const std::string&, long, double) override {}
-  void Message(const std::string& line) override { all += line + "\n"; }
-  std::string all;
-};
 
 // Detail everywhere, no two places alike.
 Image8 Textured(int width, int height, double phase = 0) {
@@ -56,7 +49,7 @@ TEST(Photos, RawIsReadUnlessItsJpegLiesBesideIt) {
   WriteImage(folder / "both.JPG", Textured(96, 64));
   test::WriteDng(folder / "both.dng", 96, 64, {0.5, 0.2, 0.1});
   test::WriteDng(folder / "alone.DNG", 96, 64, {0.5, 0.2, 0.1});
-  Messages said;
+  MessagesKept said;
   const Capture found = FindPhotos(folder.path(), said);
   EXPECT_EQ(NamesOf(found), (std::vector<std::string>{"alone.DNG", "both.JPG"}));
   EXPECT_NE(said.all.find("left out 1 RAW file beside the picture of the same name: both.dng"), std::string::npos)
@@ -74,7 +67,7 @@ TEST(Photos, ARawFileCutOffIsLeftOutWhenItIsDeveloped) {
   const TemporaryFolder folder;
   for (const char* name : {"a.dng", "b.dng", "c.dng"}) test::WriteDng(folder / name, 96, 64, {0.5, 0.2, 0.1});
   fs::resize_file(folder / "b.dng", 900);
-  Messages said;
+  MessagesKept said;
   const Capture staged = StageForColmap(FindPhotos(folder.path(), said), folder / "work", said);
   EXPECT_EQ(NamesOf(staged), (std::vector<std::string>{"a.dng.png", "c.dng.png"}));
   ASSERT_EQ(staged.unreadable.size(), 1U);
@@ -125,7 +118,7 @@ TEST(Database, AFocalLengthBecomesKnown) {
 struct MaskFixture {
   TemporaryFolder folder;
   Capture capture;
-  Messages said;
+  MessagesKept said;
 
   void Photo(const std::string& name, int orientation = 1) {
     InputPhoto photo;
@@ -279,12 +272,12 @@ TEST(Unsuitable, AFisheyesDiscIsFoundAndDarkCornersAreNone) {
 Capture Photographs(const TemporaryFolder& folder, const std::vector<Image8>& pictures) {
   for (std::size_t i = 0; i < pictures.size(); ++i)
     WriteImage(folder / ("photo" + std::to_string(i) + ".jpg"), pictures[i]);
-  Messages said;
+  MessagesKept said;
   return FindPhotos(folder.path(), said);
 }
 
 TEST(Unsuitable, PhotosThatNoCameraModelHoldsAreLeftOutWithWhatToDo) {
-  Messages said;
+  MessagesKept said;
   {
     const TemporaryFolder folder;
     Capture around = Photographs(folder, {Equirectangular(200), Equirectangular(200, 1), Equirectangular(200, 2)});
@@ -327,7 +320,7 @@ TEST(Unsuitable, WhatFilesSayCountsWithoutLookingAtPixels) {
   add("theta.jpg", 5376, 2688).camera = "RICOH RICOH THETA V";
   add("panorama.jpg", 9000, 2000).panorama = true;
   add("lens.jpg", 6000, 4000).lens = "EF8-15mm f/4L Fisheye USM";
-  Messages said;
+  MessagesKept said;
   LeaveOutUnsuitable(capture, {}, said);
   EXPECT_TRUE(capture.photos.empty()) << capture.photos[0].name;
   EXPECT_EQ(capture.unreadable.size(), 4U);

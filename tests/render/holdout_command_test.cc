@@ -15,19 +15,12 @@
 #include "scene/files/scene_folder.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
+#include "tests/support/messages_kept.h"
 
 namespace lumi {
 namespace {
 
 using HoldoutJson = nlohmann::ordered_json;
-
-class MessagesKept : public ProgressSink {
- public:
-  void Report(const std::string&, long, long, double, double) override {}
-  void Finish(const std::string&, long, double) override {}
-  void Message(const std::string& line) override { all += line + "\n"; }
-  std::string all;
-};
 
 class HoldoutCommand : public testing::Test {
  protected:
