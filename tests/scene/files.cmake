@@ -14,6 +14,7 @@ lumi_test(test_scene_files
     files_undistort_test.cc
     files_video_clock_test.cc
     files_video_colours_test.cc
+    files_video_interlaced_test.cc
     files_video_test.cc
     files_video_times_test.cc
   LIBS lumi_scene nlohmann_json::nlohmann_json fmt::fmt OpenImageIO::OpenImageIO PkgConfig::LCMS opencv_core)

@@ -9,7 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "scene/files/ffmpeg/deinterlace.h"
 #include "scene/files/ffmpeg/input.h"
+#include "scene/files/ffmpeg/second_fields.h"
 #include "scene/files/ffmpeg/to_rgb.h"
 #include "scene/program/error.h"
 
@@ -20,10 +22,15 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // of a frame: 16384
 constexpr int kMostErrors = 1000;                           // in a row, of the decoder: a damaged file's end
 constexpr int kMostThreads = 16;                            // each holds a frame; FFmpeg warns of more
 constexpr double kFewMissing = 0.1;                         // of a file's presentation times
+constexpr std::size_t kJudgedFrames = 24;                   // whether what is marked as interlaced is so
 
 class Decoder : public VideoDecoder {
  public:
-  Decoder(const std::filesystem::path& path, int threads) : input_(path), packet_(av_packet_alloc()) {
+  Decoder(const std::filesystem::path& path, int threads)
+      : input_(path),
+        threads_(std::max(1, threads)),
+        packet_(av_packet_alloc()),
+        second_fields_(*input_.video().codecpar) {
     const AVCodecParameters& stream = *input_.video().codecpar;
     const AVCodec* codec = avcodec_find_decoder(stream.codec_id);
     const auto refuse = [&](const std::string& why) {
@@ -43,23 +50,93 @@ class Decoder : public VideoDecoder {
     claims_.width = stated.transpose ? stream.height : stream.width;
     claims_.height = stated.transpose ? stream.width : stream.height;
     // The first frame says what the container may not: its colours, a turn of its own. Without one, Grab is at the end.
-    if (!Decode()) return;
+    if (!Next()) return;
     ahead_ = true;
     const AVFrameSideData* own = av_frame_get_side_data(frame_.get(), AV_FRAME_DATA_DISPLAYMATRIX);
     const bool turned = own && own->size >= 9 * sizeof(std::int32_t);
     to_rgb_.emplace(path, *frame_, input_.PixelAspect(*frame_),
-                    turned ? TurnOf(reinterpret_cast<const std::int32_t*>(own->data)) : stated, std::max(1, threads));
+                    turned ? TurnOf(reinterpret_cast<const std::int32_t*>(own->data)) : stated, threads_);
     claims_.width = to_rgb_->width();
     claims_.height = to_rgb_->height();
-    claims_.remarks = to_rgb_->Remarks();
+    for (std::string& remark : to_rgb_->Remarks()) claims_.remarks.push_back(std::move(remark));
   }
 
-  bool Grab() override { return std::exchange(ahead_, false) || Decode(); }
+  bool Grab() override { return std::exchange(ahead_, false) || Next(); }
   double StatedTime_s() override { return input_.Seconds(stamp_); }
   Image8 Picture() override { return to_rgb_->Convert(*frame_); }
   const VideoClaims& claims() override { return claims_; }
 
  private:
+  // The next frame that is shown, deinterlaced where it has to be.
+  bool Next() {
+    for (;;) {
+      if (deinterlacer_) {
+        if (deinterlacer_->Receive(*frame_, stamp_)) return true;
+        if (deinterlacer_->ended()) deinterlacer_.reset();
+      }
+      if (!NextCoded()) {
+        if (!deinterlacer_) return false;
+        deinterlacer_->End();
+        continue;
+      }
+      if (!deinterlacer_ && !MarkedInterlaced(*frame_)) return true;
+      if (!fields_) {
+        JudgeFields();
+        continue;
+      }
+      if (!*fields_) return true;
+      if (!deinterlacer_) {
+        deinterlacer_.emplace(input_.path(), *frame_, threads_);
+      } else if (!deinterlacer_->Takes(*frame_)) {
+        PutBack();
+        deinterlacer_->End();
+        continue;
+      }
+      deinterlacer_->Send(*frame_, stamp_);
+    }
+  }
+
+  // With the first frame that is marked as interlaced, which stands in frame_: looks at those after it.
+  void JudgeFields() {
+    const std::string file = input_.path().filename().string();
+    fields_ = Deinterlacer::Available();
+    if (!*fields_) {
+      claims_.remarks.push_back(
+          fmt::format("{} is interlaced, and this FFmpeg lacks the filter bwdif: what moves is torn into lines", file));
+      return PutBack();
+    }
+    std::deque<Coded> judged;
+    do {
+      judged.push_back(TakeCoded());
+    } while (judged.size() < kJudgedFrames && NextCoded());
+    std::deque<const AVFrame*> frames;
+    for (const Coded& coded : judged) frames.push_back(coded.frame.get());
+    fields_ = !OfOneMoment(frames, threads_);
+    coded_ = std::move(judged);
+    if (*fields_)
+      claims_.remarks.push_back(fmt::format("{} is interlaced: each frame becomes a picture of one moment", file));
+  }
+
+  struct Coded {
+    FramePtr frame;
+    std::int64_t stamp = AV_NOPTS_VALUE;
+  };
+  Coded TakeCoded() {
+    Coded coded{FramePtr(av_frame_alloc()), stamp_};
+    av_frame_move_ref(coded.frame.get(), frame_.get());
+    return coded;
+  }
+  void PutBack() { coded_.push_front(TakeCoded()); }
+
+  bool NextCoded() {
+    if (coded_.empty()) return Decode();
+    av_frame_unref(frame_.get());
+    av_frame_move_ref(frame_.get(), coded_.front().frame.get());
+    stamp_ = coded_.front().stamp;
+    coded_.pop_front();
+    return true;
+  }
+
   // Packets that cannot be decoded are passed over; a file that is cut off ends where it is.
   bool Decode() {
     for (int errors = 0; errors < kMostErrors;) {
@@ -85,6 +162,7 @@ class Decoder : public VideoDecoder {
   // itself has no time for its last frames.
   void NoteStamp(const AVPacket& packet) {
     any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
+    if (second_fields_.Holds(packet)) return;
     if (!any_key_ || (packet.flags & AV_PKT_FLAG_DISCARD)) return;
     ++stamps_;
     without_pts_ += packet.pts == AV_NOPTS_VALUE;
@@ -99,9 +177,14 @@ class Decoder : public VideoDecoder {
   }
 
   Input input_;
+  int threads_ = 1;
   PacketPtr packet_;
+  SecondFields second_fields_;
   CodecPtr context_;
   FramePtr frame_{av_frame_alloc()};
+  std::deque<Coded> coded_;     // frames that come before those of the decoder
+  std::optional<bool> fields_;  // whether frames that are marked as interlaced are; once the first was seen
+  std::optional<Deinterlacer> deinterlacer_;
   std::optional<ToRgb> to_rgb_;
   VideoClaims claims_;
   bool ahead_ = false;                   // frame_ is decoded and not grabbed yet
@@ -149,7 +232,9 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
   std::vector<Stamp> run;
   double last_dts_s = NAN, latest_pts_s = NAN, first_key_s = NAN;
   bool any_key = false;
+  SecondFields second_fields(*input.video().codecpar);
   while (input.Read(*packet)) {
+    if (second_fields.Holds(*packet)) continue;
     const Stamp s{input.Seconds(packet->pts), input.Seconds(packet->dts)};
     // Packets before the first key frame are not shown, nor are packets after it whose presentation time is before the
     // key frame's.

@@ -24,6 +24,9 @@ struct FreeByAddress {
 struct FreeScaler {
   void operator()(SwsContext* p) const { sws_freeContext(p); }
 };
+struct FreeParser {
+  void operator()(AVCodecParserContext* p) const { av_parser_close(p); }
+};
 struct CloseOutput {
   void operator()(AVFormatContext* p) const {
     if (p->pb) avio_closep(&p->pb);

@@ -4,17 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <opencv2/core.hpp>
-#include <type_traits>
+#include <optional>
 #include <utility>
 
 extern "C" {
-#include <libavfilter/buffersink.h>
-#include <libavfilter/buffersrc.h>
 #include <libavutil/mastering_display_metadata.h>
 #include <libavutil/opt.h>
-#include <libavutil/pixdesc.h>
 }
 
 #include "scene/program/error.h"
@@ -22,26 +18,9 @@ extern "C" {
 namespace lumi::ffmpeg {
 namespace {
 
-// A file that names no matrix is taken for BT.709 from this size on and for BT.601 below it, as players do.
-constexpr int kHdLines = 720, kHdColumns = 1280;
 constexpr int kScaling = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP;
 // HDR (ITU-R BT.2408), in cd/m2: paper white, and the peak brightness that is assumed where a film states none.
 constexpr double kReferenceWhite = 203, kUsualPeak = 1000, kLargestPeak = 10000;
-
-// The deprecated formats "of JPEG" are the usual ones in full range.
-AVPixelFormat UsualFormat(int format, bool* full_range) {
-  static constexpr AVPixelFormat kOfJpeg[][2] = {{AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV420P},
-                                                 {AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUV422P},
-                                                 {AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUV444P},
-                                                 {AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUV440P},
-                                                 {AV_PIX_FMT_YUVJ411P, AV_PIX_FMT_YUV411P}};
-  for (const auto& [of_jpeg, usual] : kOfJpeg)
-    if (format == of_jpeg) {
-      *full_range = true;
-      return usual;
-    }
-  return static_cast<AVPixelFormat>(format);
-}
 
 // libswscale's table of coefficients; nothing where it has none.
 std::optional<int> ScalerMatrix(AVColorSpace matrix) {
@@ -57,10 +36,6 @@ std::optional<int> ScalerMatrix(AVColorSpace matrix) {
   }
 }
 
-const AVPixFmtDescriptor& Descriptor(AVPixelFormat format) { return *av_pix_fmt_desc_get(format); }
-bool IsRgb(AVPixelFormat format) { return Descriptor(format).flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL); }
-bool IsGrey(AVPixelFormat format) { return Descriptor(format).nb_components < 3; }
-
 // cd/m2 of the brightest pixel, as the film says.
 double PeakOf(const AVFrame& frame) {
   double peak = 0;
@@ -75,36 +50,7 @@ double PeakOf(const AVFrame& frame) {
 
 void SetOption(void* object, const char* name, std::int64_t value) { av_opt_set_int(object, name, value, 0); }
 
-// FFmpeg puts a file's numbers into its enumerations as they are: one beyond its list counts as not stated. Read as an
-// integer first, because an enumeration that holds no value of its own may not be read.
-template <typename Enum>
-Enum Stated(const Enum& in_file, Enum beyond, Enum not_stated) {
-  std::underlying_type_t<Enum> number;
-  std::memcpy(&number, &in_file, sizeof number);
-  return number < static_cast<std::underlying_type_t<Enum>>(beyond) ? static_cast<Enum>(number) : not_stated;
-}
-
 }  // namespace
-
-Colours ColoursOf(const AVFrame& frame) {
-  Colours c;
-  c.width = frame.width;
-  c.height = frame.height;
-  const AVColorRange range = Stated(frame.color_range, AVCOL_RANGE_NB, AVCOL_RANGE_UNSPECIFIED);
-  c.full_range = range == AVCOL_RANGE_JPEG;
-  c.format = UsualFormat(frame.format, &c.full_range);
-  c.matrix = Stated(frame.colorspace, AVCOL_SPC_NB, AVCOL_SPC_UNSPECIFIED);
-  c.transfer = Stated(frame.color_trc, AVCOL_TRC_NB, AVCOL_TRC_UNSPECIFIED);
-  c.primaries = Stated(frame.color_primaries, AVCOL_PRI_NB, AVCOL_PRI_UNSPECIFIED);
-  c.chroma = Stated(frame.chroma_location, AVCHROMA_LOC_NB, AVCHROMA_LOC_UNSPECIFIED);
-  if (IsGrey(c.format) && range == AVCOL_RANGE_UNSPECIFIED) c.full_range = true;
-  if (c.matrix == AVCOL_SPC_UNSPECIFIED || c.matrix == AVCOL_SPC_RESERVED ||
-      (c.matrix == AVCOL_SPC_RGB && !IsRgb(c.format)))
-    c.matrix = c.Hdr()                                         ? AVCOL_SPC_BT2020_NCL
-               : c.height >= kHdLines || c.width >= kHdColumns ? AVCOL_SPC_BT709
-                                                               : AVCOL_SPC_SMPTE170M;
-  return c;
-}
 
 // The size at which pixels are square; none of the frame's pixels are lost.
 static std::pair<int, int> SquareSize(const AVFrame& frame, double pixel_aspect) {
@@ -132,7 +78,7 @@ ToRgb::~ToRgb() = default;
 void ToRgb::Prepare(const Colours& colours) {
   colours_ = colours;
   scaler_.reset();
-  graph_.reset();
+  tone_map_.Reset();
   av_frame_unref(planes_.get());
   const bool rgb = IsRgb(colours.format) || IsGrey(colours.format);
   if (colours.Hdr() && !rgb)
@@ -181,44 +127,13 @@ void ToRgb::PrepareToneMap() {
   if (!avfilter_get_by_name("zscale") || !avfilter_get_by_name("tonemap"))
     throw MachineError("is an HDR video, and this FFmpeg cannot make SDR of it: it lacks the filter zscale",
                        "install an FFmpeg that has it, as Debian's, or convert the video first", path_);
-  const auto fail = [&](int error) {
-    throw InputError(path_, fmt::format("its HDR colours cannot be converted: {}", Words(error)),
-                     "convert it to SDR first");
-  };
-  graph_.reset(avfilter_graph_alloc());
-  graph_->nb_threads = threads_;
-  AVFilterContext* source = avfilter_graph_alloc_filter(graph_.get(), avfilter_get_by_name("buffer"), "in");
-  if (!source) fail(AVERROR(ENOMEM));
-  AVBufferSrcParameters* p = av_buffersrc_parameters_alloc();
-  p->format = colours_.format;
-  p->width = colours_.width;
-  p->height = colours_.height;
-  p->time_base = {1, 1000};
-#if LIBAVFILTER_VERSION_MAJOR >= 10
-  p->color_space = colours_.matrix;
-  p->color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
-#endif
-  int error = av_buffersrc_parameters_set(source, p);
-  av_free(p);
-  if (error >= 0) error = avfilter_init_str(source, nullptr);
-  AVFilterContext* sink = nullptr;
-  if (error >= 0)
-    error =
-        avfilter_graph_create_filter(&sink, avfilter_get_by_name("buffersink"), "out", nullptr, nullptr, graph_.get());
   const std::string chain = fmt::format(
       "zscale=w={}:h={}:t=linear:npl={},format=gbrpf32le,zscale=p=bt709,tonemap=tonemap=mobius:desat=0:peak={},"
       "zscale=t=iec61966-2-1,format=gbrp",
       width_, height_, kReferenceWhite, peak_ / kReferenceWhite);
-  AVFilterInOut *in = avfilter_inout_alloc(), *out = avfilter_inout_alloc();
-  *out = {av_strdup("in"), source, 0, nullptr};
-  *in = {av_strdup("out"), sink, 0, nullptr};
-  if (error >= 0) error = avfilter_graph_parse_ptr(graph_.get(), chain.c_str(), &in, &out, nullptr);
-  avfilter_inout_free(&in);
-  avfilter_inout_free(&out);
-  if (error >= 0) error = avfilter_graph_config(graph_.get(), nullptr);
-  if (error < 0) fail(error);
-  source_ = source;
-  sink_ = sink;
+  if (const int error = tone_map_.Prepare(colours_, {1, 1}, chain, threads_); error < 0)
+    throw InputError(path_, fmt::format("its HDR colours cannot be converted: {}", Words(error)),
+                     "convert it to SDR first");
 }
 
 std::vector<std::string> ToRgb::Remarks() const {
@@ -229,7 +144,7 @@ std::vector<std::string> ToRgb::Remarks() const {
   if (stretched_)
     remarks.push_back(
         fmt::format("{} has pixels that are not square: its frames are made {} x {}", file, width(), height()));
-  if (graph_)
+  if (tone_map_)
     remarks.push_back(fmt::format("{} is HDR ({}, peak {:.0f} cd/m2): tone-mapped to SDR with paper white at {} cd/m2",
                                   file, colours_.transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG", peak_,
                                   kReferenceWhite));
@@ -250,12 +165,11 @@ Image8 ToRgb::Convert(AVFrame& frame) {
   frame.colorspace = colours_.matrix;
   frame.color_range = colours_.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
   int error = 0;
-  if (graph_) {
+  if (tone_map_) {
     if (colours_.primaries == AVCOL_PRI_UNSPECIFIED) frame.color_primaries = AVCOL_PRI_BT2020;
     frame.pts = 0;
-    error = av_buffersrc_add_frame_flags(source_, &frame, AV_BUFFERSRC_FLAG_KEEP_REF);
-    av_frame_unref(planes_.get());
-    if (error >= 0) error = av_buffersink_get_frame(sink_, planes_.get());
+    error = tone_map_.Send(&frame);
+    if (error >= 0) error = tone_map_.Receive(*planes_);
   } else {
     error = sws_scale_frame(scaler_.get(), planes_.get(), &frame);
   }

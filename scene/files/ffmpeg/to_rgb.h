@@ -2,27 +2,14 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "scene/files/ffmpeg/colours.h"
+#include "scene/files/ffmpeg/filter_graph.h"
 #include "scene/files/ffmpeg/input.h"
 
 namespace lumi::ffmpeg {
-
-// What the colours of a frame are: its own words, or the standard's default.
-struct Colours {
-  int width = 0, height = 0;
-  AVPixelFormat format = AV_PIX_FMT_NONE;
-  AVColorSpace matrix = AVCOL_SPC_UNSPECIFIED;
-  AVColorTransferCharacteristic transfer = AVCOL_TRC_UNSPECIFIED;
-  AVColorPrimaries primaries = AVCOL_PRI_UNSPECIFIED;
-  AVChromaLocation chroma = AVCHROMA_LOC_UNSPECIFIED;
-  bool full_range = false;
-  bool Hdr() const { return transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67; }
-  bool operator==(const Colours&) const = default;
-};
-Colours ColoursOf(const AVFrame& frame);
 
 class ToRgb {
  public:
@@ -46,11 +33,10 @@ class ToRgb {
   bool stretched_ = false;      // pixels were not square
   int threads_ = 1;
   double peak_ = 0;  // of HDR: cd/m2
-  Colours colours_;  // what scaler_ or graph_ is made for
+  Colours colours_;  // what scaler_ or tone_map_ is made for
   ScalerPtr scaler_;
   FramePtr planes_{av_frame_alloc()};  // their output, kept: allocating it anew costs as much as converting
-  GraphPtr graph_;
-  AVFilterContext *source_ = nullptr, *sink_ = nullptr;
+  FilterGraph tone_map_;
 };
 
 }  // namespace lumi::ffmpeg

@@ -1,0 +1,31 @@
+#include "scene/files/ffmpeg/second_fields.h"
+
+#include <utility>
+
+namespace lumi::ffmpeg {
+
+SecondFields::SecondFields(const AVCodecParameters& codec) {
+  if (codec.codec_id != AV_CODEC_ID_H264) return;
+  context_.reset(avcodec_alloc_context3(nullptr));
+  if (!context_ || avcodec_parameters_to_context(context_.get(), &codec) < 0) return;
+  parser_.reset(av_parser_init(codec.codec_id));
+  if (parser_) parser_->flags |= PARSER_FLAG_COMPLETE_FRAMES;
+}
+
+bool SecondFields::Holds(const AVPacket& packet) {
+  if (!parser_) return false;
+  std::uint8_t* picture = nullptr;
+  int size = 0;
+  parser_->picture_structure = AV_PICTURE_STRUCTURE_UNKNOWN;
+  av_parser_parse2(parser_.get(), context_.get(), &picture, &size, packet.data, packet.size, packet.pts, packet.dts,
+                   packet.pos);
+  // Of a packet with both fields this is the first: two of them in a row hold the same one.
+  const int field = parser_->picture_structure;
+  const bool is_field = field == AV_PICTURE_STRUCTURE_TOP_FIELD || field == AV_PICTURE_STRUCTURE_BOTTOM_FIELD;
+  const int before = std::exchange(begun_, is_field ? field : 0);
+  if (!is_field || before == 0 || before == field) return false;
+  begun_ = 0;
+  return true;
+}
+
+}  // namespace lumi::ffmpeg
