@@ -24,7 +24,7 @@ namespace {
 constexpr int kMostCorners = 200;  // along a side of a board
 
 // Checks that all outputs may be written, before anything is computed.
-void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& summary) {
+void RequireOutputs(const CalibrateOptions& options, const CalibrateSummary& summary) {
   if (options.output.empty() || options.output.filename().empty() || fs::is_directory(options.output))
     throw UsageError(fmt::format("{} is no name of a file", options.output.string()), "-o camera.yaml");
   if (const std::string ending = options.output.extension().string(); ending != ".yaml" && ending != ".yml")
@@ -33,9 +33,13 @@ void RequireWritable(const CalibrateOptions& options, const CalibrateSummary& su
       (fs::is_directory(summary.report) || ReadText(summary.report).find(kReportMark) == std::string::npos))
     throw UsageError(fmt::format("{} is there already and not a report of this program", summary.report.string()),
                      "name another with --report");
-  for (const fs::path& file : {options.output, summary.report}) RemoveStaleTemporariesOf(file);
+  for (const fs::path& file : {options.output, summary.report}) {
+    RequireWritable(file);
+    RemoveStaleTemporariesOf(file);
+  }
   if (!options.undistort.empty()) {
     RequireOurFolder(options.undistort, "camera.yaml");
+    RequireWritable(options.undistort / "camera.yaml");
     if (fs::exists(options.input) && fs::exists(options.undistort) && fs::equivalent(options.input, options.undistort))
       throw UsageError("the undistorted photos would replace the photos", "name another folder with --undistort");
     if (fs::weakly_canonical(options.output) == fs::weakly_canonical(options.undistort / "camera.yaml"))
@@ -133,13 +137,15 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
   summary.square_mm = options.square_mm;
   summary.output = options.output;
   summary.report = options.report.empty() ? options.output.parent_path() / "report.html" : options.report;
-  RequireWritable(options, summary);
+  RequireOutputs(options, summary);
 
   summary.gathered = GatherBoards(options.input, board, options.gather, progress);
   const int width = summary.gathered.width_px, height = summary.gathered.height_px;
   summary.fit = Fit(board, summary.gathered.views, width, height, options.fit);
   summary.uncertainty = ProjectionUncertainty(summary.fit.calibration, width, height);
   if (options.tradeoff) summary.tradeoff = ViewCountTradeoff(board, summary.fit, options.seed);
+  // Before the photos, which may fill the disk.
+  WriteCameraYaml(CameraOf(summary.fit.calibration.intrinsics, width, height), options.output);
   if (!options.undistort.empty()) summary.undistorted = WriteUndistorted(options, summary, progress);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.tradeoff) {
@@ -149,7 +155,6 @@ CalibrateSummary Calibrate(const CalibrateOptions& options, ProgressSink& progre
                       KeysOf(table).Append(KeysOf(ModelTable(summary.fit))).Text(2) + "\n");
   }
   WriteTextAtomically(summary.report, ReportHtml(options, summary));
-  WriteCameraYaml(CameraOf(summary.fit.calibration.intrinsics, width, height), options.output);
   return summary;
 }
 

@@ -107,7 +107,10 @@ struct Fold {
 };
 
 std::vector<Fold> MakeFolds(const std::vector<BoardView>& views, int folds) {
-  const std::size_t count = std::min(views.size(), static_cast<std::size_t>(folds));
+  std::size_t count = std::min(views.size(), static_cast<std::size_t>(folds));
+  // Of few views more folds than asked for: a fold leaves enough of them.
+  const auto largest = [&] { return (views.size() + count - 1) / count; };
+  while (count < views.size() && views.size() - largest() < kLeastTrainingViews) ++count;
   std::vector<Fold> all(count);
   for (std::size_t f = 0; f < count; ++f)
     for (std::size_t v = 0; v < views.size(); ++v) {

@@ -21,7 +21,6 @@ namespace {
 constexpr double kBlurredRatio = 1.8;  // of an edge's width to the median's: blurred
 constexpr double kSameViewShare =
     0.02;  // of the diagonal: boards whose corners are nearer than that, on average, are one view
-constexpr int kUnknownLengthWindow = 8;  // frames a window where a video does not say how long it is
 
 // Sizes of boards seen where the one asked for was not.
 class OtherBoards {
@@ -141,12 +140,14 @@ Gathered FromVideo(const fs::path& input, const Board& board, const GatherOption
   gathered.video = true;
   gathered.width_px = reader.width();
   gathered.height_px = reader.height();
-  const long hint = reader.frame_count_hint();
-  const long window = hint > 0 ? std::max(1L, hint / options.video_candidates) : kUnknownLengthWindow;
+  // Where the file does not say how many frames it has, its packets are counted.
+  const long stated = reader.frame_count_hint();
+  const long frames = stated > 0 ? stated : static_cast<long>(ReadVideoTimes(input).time_s.size());
+  const long window = std::max(1L, frames / options.video_candidates);
 
   std::vector<Candidate> candidates;
   OtherBoards others;
-  Progress task(progress, "boards", hint);
+  Progress task(progress, "boards", frames);
   std::vector<VideoFrame> batch;  // the sharpest frame of each window, searched as many at once as there are threads
   const auto search = [&] {
     std::vector<BoardSearch> found(batch.size());

@@ -11,6 +11,7 @@
 #include "scene/files/matrix_path.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/svg_file.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 #include "scene/program/version.h"
@@ -67,6 +68,7 @@ void RequirePathFile(const std::filesystem::path& output) {
   if (LowerExtension(output.string()) != ".json")
     throw UsageError(output.string() + ": the output is a .json file",
                      "-o PATH.json; lumi-pipeline VIDEO -o FILM.mp4 --stabilize MODEL makes a film");
+  RequireWritable(output);
   std::error_code error;
   if (!std::filesystem::exists(output, error)) return;
   try {
@@ -86,6 +88,7 @@ StabilizeSummary RunStabilize(const StabilizeCommandOptions& command, ProgressSi
   if (std::filesystem::is_directory(command.output, ec))
     throw UsageError(command.output.string() + " is a folder: -o names the path's file", "-o PATH.json");
   RequirePathFile(command.output);
+  RequireSvgFile(command.plot);
   RemoveStaleTemporariesOf(command.output);
   if (!command.before.empty()) options.before = ReadMatrixPath(command.before);
   OpenOptions open;

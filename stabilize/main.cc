@@ -29,7 +29,13 @@ int main(int argc, char** argv) {
           "closely where it would be")
       .Default();
   app.Call(
-         "--window", [&](int frames) { s.half_window = (frames - 1) / 2; },
+         "--window",
+         [&](int frames) {
+           if (frames % 2 == 0)
+             throw lumi::UsageError("--window is odd: as many frames before as after each",
+                                    "10 and the frame itself are 11");
+           s.half_window = (frames - 1) / 2;
+         },
          "Frames around each that may fill its picture, odd [default: 11]")
       .Range(1, 2001);
   app.Add("--iterations", s.iterations, "Rounds in which the path is fitted again for --min-scale's sake; 0: none")
@@ -41,7 +47,8 @@ int main(int argc, char** argv) {
          "[default: crop]")
       .OneOf({"crop", "fill"});
   app.Add("--fps", s.fps,
-          "Frames a second, whatever times the scene has [default: the scene's times; 30 without them]");
+          "Frames a second, whatever times the scene has, above 0, up to 1000 [default: the scene's times; 30 without "
+          "them]");
   app.Add("--object", s.object_px, "vertigo: box X,Y,WIDTH,HEIGHT in pixels around the object that is to stay")
       .Values(4)
       .Commas();

@@ -496,7 +496,7 @@ std::string Validate(const StabilizeOptions& o) {
   if (o.iterations < 0 || o.points < 8 || o.anchors < 0) return "--iterations is 0 and more, --points 8 and more";
   if (!o.object_px.empty() && (o.object_px.size() != 4 || !(o.object_px[2] > 0) || !(o.object_px[3] > 0)))
     return "--object is X,Y,WIDTH,HEIGHT in pixels";
-  if (o.fps && !(*o.fps > 0)) return "--fps is positive";
+  if (o.fps && !(*o.fps > 0 && *o.fps <= 1000)) return "--fps is above 0, up to 1000";
   return {};
 }
 

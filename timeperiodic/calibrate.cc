@@ -9,6 +9,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/svg_file.h"
 #include "scene/files/video_clock.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
@@ -299,6 +300,7 @@ CalibratedVideo CalibrateVideo(const CalibrateVideoOptions& o, ProgressSink& pro
 }
 
 SceneSampling ReportSceneSampling(const fs::path& folder, const fs::path& plot, ProgressSink& progress) {
+  RequireSvgFile(plot);
   OpenOptions open;
   open.check_photos = open.undistort = false;
   const Scene scene = OpenScene(folder, open, progress);

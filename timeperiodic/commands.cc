@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/svg_file.h"
 #include "scene/program/error.h"
 #include "scene/program/stopwatch.h"
 #include "scene/tradeoff/table.h"
@@ -20,6 +21,7 @@ PeriodSummary RunPeriod(const PeriodCommandOptions& o, ProgressSink& progress) {
   if (!o.frames.empty() && !o.tradeoff.empty())
     throw UsageError("--tradeoff measures a search: it does not go with --frames");
   if (o.true_period_frames && o.tradeoff.empty()) throw UsageError("--true-period goes with --tradeoff");
+  RequireSvgFile(o.plot);
   FrameStackOptions reading;
   reading.max_width_px = o.width_px;
   const FrameStack stack = ReadFrameStack(o.video, reading, progress);

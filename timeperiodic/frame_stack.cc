@@ -61,7 +61,7 @@ FrameStack ReadFrameStack(const std::filesystem::path& path, const FrameStackOpt
     if (stack.width == 0) {
       stack.video_width = frame->rgb.width;
       stack.video_height = frame->rgb.height;
-      const double frames = std::max(1.0, static_cast<double>(video.frame_count_hint()));
+      const double frames = std::max(1.0, static_cast<double>(times.time_s.size()));
       const double aspect = static_cast<double>(stack.video_height) / stack.video_width;
       const double widest = std::sqrt(options.max_bytes / (3 * frames * aspect));
       stack.width = std::max(16, std::min({options.max_width_px, stack.video_width, static_cast<int>(widest)}));

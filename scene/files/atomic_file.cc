@@ -47,6 +47,14 @@ MachineError CannotWrite(const fs::path& path, int error) {
   return MachineError(fmt::format("cannot write: {}", std::strerror(error)), hint, path);
 }
 
+// A rename would put a file in the place of /dev/null.
+void RequireRegular(const fs::path& path) {
+  std::error_code error;
+  if (const auto type = fs::status(path, error).type();
+      type != fs::file_type::regular && type != fs::file_type::not_found)
+    throw MachineError("cannot write: it is there already and is no file", "choose another output", path);
+}
+
 std::string TemporaryStem(const fs::path& path) {
   return fmt::format(".{}{}", path.stem().string().substr(0, 180), kTemporaryMark);  // names end at 255 bytes
 }
@@ -163,13 +171,20 @@ fs::path TemporaryBeside(const fs::path& path, const std::string& who) {
   return path.parent_path() / fmt::format("{}{}-{}{}", TemporaryStem(path), ::getpid(), who, ending);
 }
 
+void RequireWritable(const fs::path& path) {
+  if (!path.has_filename()) throw MachineError("cannot write: not a file name", {}, path);
+  RequireRegular(path);
+  std::error_code error;
+  fs::path folder = fs::absolute(path, error).parent_path();
+  while (!fs::exists(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
+  if (!fs::is_directory(folder, error)) throw CannotWrite(path, ENOTDIR);
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) throw CannotWrite(path, errno);
+}
+
 void WriteFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   if (!path.has_filename()) throw MachineError("cannot write: not a file name", {}, path);
+  RequireRegular(path);
   std::error_code error;
-  // A rename would put a file in the place of /dev/null.
-  if (const auto type = fs::status(path, error).type();
-      type != fs::file_type::regular && type != fs::file_type::not_found)
-    throw MachineError("cannot write: it is there already and is no file", "choose another output", path);
   if (path.has_parent_path()) {
     fs::create_directories(path.parent_path(), error);
     if (error) throw CannotWrite(path, error.value());

@@ -42,6 +42,7 @@ void ListKeys(JsonKeys& j, ScoreResult& r) {
 }
 
 ScoreResult RunScore(const ScoreCommandOptions& options, ProgressSink& progress) {
+  RequireSvgFile(options.plot);
   ScoreResult result = Score(options.score, progress);
   if (!options.plot.empty()) WriteTextAtomically(options.plot, ScorePlot(result));
   return result;

@@ -195,6 +195,18 @@ TEST(ModelChoice, HeldOutErrorIsNoSmallerThanTheFitted) {
   EXPECT_LT(*fit.cross_validated_rms_px, 1.1 * fit.calibration.rms_px);
 }
 
+TEST(ModelChoice, FoldsLeaveThreeViewsHoweverFewAreAskedFor) {
+  const std::vector<BoardView> all = SeenBoards(TrueIntrinsics(), GoodPoses(), 0.2, 3);
+  for (const std::ptrdiff_t views : {4, 5, 6}) {
+    FitOptions options;
+    options.folds = 2;
+    options.min_coverage = 0;
+    options.max_focal_sigma = 1;
+    const FitResult fit = Fit(kBoard, {all.begin(), all.begin() + views}, kWidthPx, kHeightPx, options);
+    EXPECT_TRUE(fit.cross_validated_rms_px) << views;
+  }
+}
+
 TEST(ModelChoice, AFixedAspectIsFixed) {
   FitOptions options;
   options.fix_aspect = true;

@@ -123,6 +123,8 @@ TEST(Program, RefusesWithOneLineAndTheRightCode) {
   refuses({photos, "--square-mm", "0"}, 2, "--square-mm");
   refuses({photos, "--square-mm", "nan"}, 2, "--square-mm");
   refuses({photos, "--model", "nonsense"}, 2, "nonsense");
+  refuses({photos, "--report", (files / "text.txt" / "report.html").string()}, 4, "report.html");
+  refuses({photos, "--undistort", (files / "text.txt" / "plain").string()}, 4, "plain");
   refuses({photos, "--model", "thesis", "--fix-aspect"}, 2, "aspect");
   refuses({photos, "--undistort", photos}, 2, "photos");
   refuses({(files / "absent").string()}, 3, "absent");

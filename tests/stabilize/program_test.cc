@@ -102,6 +102,13 @@ TEST(StabilizeProgram, RefusesByNameAndExitCode) {
   refused({"--cutoff-hz", "0"}, 2, "--cutoff-hz");
   refused({"--min-scale", "1.5"}, 2, "--min-scale");
   refused({"--fps", "-3"}, 2, "--fps");
+  refused({"--fps", "2000"}, 2, "--fps");
+  refused({"--window", "10"}, 2, "--window is odd");
+  WriteTextAtomically(folder / "mine.svg", "mine");
+  refused({"--plot", folder / "mine.svg"}, 2, "no SVG");
+  EXPECT_EQ(ReadText(folder / "mine.svg"), "mine");
+  refused({"--plot", folder / "tracks.png"}, 2, ".svg");
+  refused({"--plot", folder / "mine.svg" / "tracks.svg"}, 4, "tracks.svg");
   refused({"--continue", folder / "absent.json"}, 3, "absent.json");
   WriteTextAtomically(folder / "other.json", "{}");
   refused({"--continue", folder / "other.json"}, 3, "not a path of matrices");
