@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -117,11 +118,23 @@ double BytesOf(const Lumigraph& lumigraph, const PhotoReduction& r) {
   return static_cast<double>(all) / static_cast<double>(samples.size()) * static_cast<double>(kept.size());
 }
 
-// Mean PSNR of the held-out photos (at most kJudges), over the pixels that are seen. Also sets reduction.own.
-double HeldOutDb(const Lumigraph& lumigraph, PhotoReduction& reduction, ProgressSink& sink) {
+// To the next lower quality; false where there is none.
+bool Coarsen(PhotoReduction& r) {
+  const auto next = std::next(std::ranges::find(kQualities, r.quality));
+  if (next == std::end(kQualities)) return false;
+  r.quality = *next;
+  return true;
+}
+
+std::size_t BytesOf(const ReducedPhotos& reduced) {
+  std::size_t bytes = 0;
+  for (const PagePhoto& photo : reduced.photos) bytes += photo.jpeg.size();
+  return bytes;
+}
+
+// Mean PSNR of the held-out photos (at most kJudges), over the pixels that are seen.
+double HeldOutDb(const Lumigraph& lumigraph, const ReducedPhotos& reduced) {
   const Scene& whole = lumigraph.scene();
-  const ReducedPhotos reduced = Reduce(lumigraph, reduction, sink);
-  reduction.own = reduced.reduction.own;
   std::vector<Photo> photos(reduced.photos.size());
   ParallelFor(photos.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) photos[i].levels = BuildPyramid(DecodeJpeg(reduced.photos[i].jpeg));
@@ -249,17 +262,27 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
         fitting.back().quality >= kBestCoded)
       break;  // all of them fit as large as they are held, with hardly any loss
   }
-  if (fitting.empty())
-    throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
-                                lumigraph.scene().views.size(), max_bytes / 1e6),
-                    "give more with --max-mb, or a folder instead of one page (-o DIR)");
+  const auto nothing_fits = [&] {
+    return DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
+                                 lumigraph.scene().views.size(), max_bytes / 1e6),
+                     "give more with --max-mb, or a folder instead of one page (-o DIR)");
+  };
   std::ranges::stable_sort(fitting, std::greater(), &PhotoReduction::mb);
-  if (fitting.size() > kMostTried) fitting.resize(kMostTried);
+  std::vector<PhotoReduction> measured;
   for (PhotoReduction& r : fitting) {
-    r.psnr_db = HeldOutDb(lumigraph, r, sink);
+    if (measured.size() == kMostTried) break;
+    ReducedPhotos reduced = Reduce(lumigraph, r, sink);
+    const auto bytes = [&] { return static_cast<double>(BytesOf(reduced)) * bytes_a_byte; };
+    while (bytes() > max_bytes && Coarsen(r)) reduced = Reduce(lumigraph, r, sink);  // more than its samples told
+    if (bytes() > max_bytes) continue;
+    r.own = reduced.reduction.own;
+    r.mb = bytes() / 1e6;
+    r.psnr_db = HeldOutDb(lumigraph, reduced);
+    measured.push_back(r);
     tried.push_back(r);
   }
-  return Reduce(lumigraph, *std::ranges::max_element(fitting, {}, &PhotoReduction::psnr_db), sink);
+  if (measured.empty()) throw nothing_fits();
+  return Reduce(lumigraph, *std::ranges::max_element(measured, {}, &PhotoReduction::psnr_db), sink);
 }
 
 }  // namespace lumi

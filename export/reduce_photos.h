@@ -29,7 +29,7 @@ struct ReducedPhotos {
 
 // max_bytes: of all JPEGs together, after the page's encoding. Tries several reductions and compares them on photos of
 // the choosing fold (every 8th, from the 4th on), each of which is left out while it is judged; `tried` gets each
-// reduction. Throws DataError if not even the smallest one fits.
+// reduction, with its megabytes. Throws DataError if not even the smallest one fits.
 ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
                         std::vector<PhotoReduction>& tried, ProgressSink& sink);
 

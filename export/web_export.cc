@@ -132,13 +132,12 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
       if (mb * 1e6 <= rest) continue;
       std::vector<PhotoReduction> tried;
       try {
-        ReduceFor(lumigraph, mb * 1e6 - rest, o.width_px, bytes_a_byte, tried, sink);
+        PhotoReduction best = ReduceFor(lumigraph, mb * 1e6 - rest, o.width_px, bytes_a_byte, tried, sink).reduction;
+        best.mb += rest / 1e6;
+        summary.tried.push_back(best);
       } catch (const DataError&) {
         continue;
       }
-      PhotoReduction best = *std::ranges::max_element(tried, {}, &PhotoReduction::psnr_db);
-      best.mb += rest / 1e6;
-      summary.tried.push_back(best);
     }
     summary.seconds = watch.Seconds();
     return summary;
@@ -160,6 +159,11 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   for (PhotoReduction& r : summary.tried) r.mb += rest / 1e6;
   const WebPage page = MakeWebPage(lumigraph, reduced, mesh, path, {.previews = !one_file, .memory_mb = o.memory_mb});
   const double bytes = one_file ? WriteOneFile(page, o.output) : WriteWebFolder(page, o.output);
+  if (bytes > max_bytes)
+    sink.Message(
+        fmt::format("{} has {:.1f} MB, more than the {:.1f} asked for: smaller versions of the photos, for the "
+                    "first pictures, take more than expected",
+                    o.output.string(), bytes / 1e6, o.max_mb));
   if (!o.as_scene.empty()) WriteAsScene(reduced, mesh, summary.proxy, o.as_scene);
   summary.output = o.output.string();
   summary.chosen = reduced.reduction;

@@ -113,8 +113,8 @@ std::string InWords(const PipelineQuality& quality, const PipelineOptions& optio
 int CountPhotos(const fs::path& input) {
   std::error_code error;
   std::set<fs::path> photos, raw;
-  for (fs::recursive_directory_iterator it(input, fs::directory_options::follow_directory_symlink, error), end;
-       !error && it != end; it.increment(error)) {
+  constexpr auto kAll = fs::directory_options::follow_directory_symlink | fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator it(input, kAll, error), end; !error && it != end; it.increment(error)) {
     if (it->path().filename().string().starts_with(".")) {
       if (it->is_directory(error)) it.disable_recursion_pending();
       continue;

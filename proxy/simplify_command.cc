@@ -50,6 +50,8 @@ std::string OptionOf(const std::optional<Provenance>& record, const char* key) {
 // The proxy to simplify. If the active one is a simplified proxy itself, it is the one that was simplified, so that a
 // second run has nothing to do.
 std::string SourceOf(const Scene& scene, const std::string& asked) {
+  // A mesh file by its whole path: it is recorded, and looked for from wherever a later run is started.
+  if (IsMeshFile(asked)) return fs::absolute(asked).lexically_normal().string();
   if (!asked.empty()) return asked;
   if (scene.active_proxy.empty())
     throw UsageError(scene.folder.string() + " has no active proxy", "name one: --from NAME");
