@@ -116,6 +116,7 @@ class StabilizeRun {
     if (o_.model == "vertigo") RequireObjectFrame(o_.path_arguments, static_cast<int>(facts_.time_s.size()));
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
+    RequireOurFilm(o_.output);
     RequireWritable(o_.output);
     RequireOurFolder(work_, "state.json");
     RequireNoOtherFilms();

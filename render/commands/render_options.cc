@@ -194,7 +194,8 @@ void RequireConsistent(const RenderOptions& o) {
   if (o.output.empty() && o.holdout == 0) throw UsageError("-o says where the pictures go");
   if (o.to_video() && !o.along_path()) throw UsageError("a video needs a path, not --view or --holdout");
   std::error_code ec;
-  if (o.to_video() || std::filesystem::is_directory(o.output, ec)) return;
+  if (o.to_video()) return RequireOurFilm(o.output);
+  if (std::filesystem::is_directory(o.output, ec)) return;
   const std::string name = o.output.filename().string(), stem = o.output.stem().string();
   if (HasVideoExtension(o.output))
     throw UsageError(fmt::format("-o {}: films are written as .mp4 (H.264)", name),

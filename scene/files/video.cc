@@ -203,6 +203,17 @@ bool VideoReader::truncated() const {
   return claims.counted && v.read + std::max(2.0, kHintTolerance * frames) < frames;
 }
 
+void RequireOurFilm(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) return;
+  if (fs::is_directory(file, error)) throw UsageError(file.string() + " is a folder", "name a file");
+  try {
+    if (LoadVideoCodecs().open(file, 1)->claims().comment == kFilmComment) return;
+  } catch (const InputError&) {  // no video
+  }
+  throw UsageError(file.string() + " is there, and is no film of ours: nothing was touched", "choose another name");
+}
+
 struct VideoWriter::Impl {
   fs::path path, temporary;
   std::unique_ptr<VideoEncoder> encoder;

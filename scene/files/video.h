@@ -61,6 +61,9 @@ class VideoReader {
   std::unique_ptr<Impl> impl_;
 };
 
+// Throws UsageError where a file of that name is there that VideoWriter has not written, or a folder.
+void RequireOurFilm(const std::filesystem::path& file);
+
 // H.264 in an MP4, yuv420p, crf 18; frames of one size, odd sizes are padded by a pixel. The file appears under its
 // name when Finish was called. Frames have a constant rate (Add with the picture alone) or their own times (Add with
 // seconds, which increase; the first frame's are the video's 0, fps is then what the last frame's duration follows

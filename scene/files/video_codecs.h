@@ -12,6 +12,9 @@
 
 namespace lumi {
 
+// By this comment films of this suite are known again.
+inline constexpr const char* kFilmComment = "made by Lumigraph";
+
 // What a video file says of its video stream.
 struct VideoClaims {
   double average_fps = 0;  // 0 where the file says none
@@ -22,6 +25,7 @@ struct VideoClaims {
   double duration_s = 0;   // of the frames, where a file without a count of frames states it; 0: not
   bool has_sound = false;
   int width = 0, height = 0;  // of the frames as they are shown
+  std::string comment;        // the file's own
   std::vector<std::string> remarks;
 };
 

@@ -16,6 +16,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/mesh_io.h"
+#include "scene/files/video.h"
 #include "scene/geometry/projection.h"
 #include "scene/program/subprocess.h"
 #include "tests/support/bad_input.h"
@@ -351,6 +352,27 @@ class Cases {
         return Refusal{
             {"lumi-render", (f / "scene").string(), "-o", (f / name).string()}, 0, {}, f / name, {f / "scene"}};
       });
+    Add("a film onto somebody else's (`lumi-render`)", [](const fs::path& f) {
+      OwnScene(f / "scene", "wall");
+      WriteTextAtomically(f / "holiday.mp4", "years of work");
+      return Refusal{{"lumi-render", (f / "scene").string(), "-o", (f / "holiday.mp4").string()},
+                     0,
+                     {},
+                     {},
+                     {f / "scene", f / "holiday.mp4"}};
+    });
+    Add("a film onto somebody else's (`lumi-pipeline --stabilize`)", [](const fs::path& f) {
+      VideoWriter shaky(f / "shaky.mp4", 25);
+      for (int i = 0; i < 30; ++i) shaky.Add(Image8(64, 48, 3, static_cast<std::uint8_t>(100 + i)));
+      shaky.Finish();
+      WriteTextAtomically(f / "holiday.mp4", "years of work");
+      return Refusal{
+          {"lumi-pipeline", (f / "shaky.mp4").string(), "--stabilize", "smooth", "-o", (f / "holiday.mp4").string()},
+          0,
+          {},
+          {},
+          {f / "holiday.mp4"}};
+    });
     // lumi-export onto what is there, which stays.
     const auto export_onto = [this](const std::string& name, const Words& words, const char* file) {
       Add(name, [words, file](const fs::path& f) {

@@ -6,7 +6,8 @@
 #include <random>
 #include <set>
 
-#include "files_test_util.h"
+#include "scene/program/error.h"
+#include "video_clips.h"
 
 namespace lumi::test {
 namespace {
@@ -47,6 +48,23 @@ TEST(Video, FramesComeBackInOrderWithTheirTimes) {
   EXPECT_FALSE(reader.Skip());
   EXPECT_EQ(reader.frames_read(), 20);
   EXPECT_FALSE(reader.truncated());
+}
+
+TEST(Video, FilmsOfThisSuiteAreKnownAgain) {
+  const TempFolder folder;
+  VideoWriter writer(folder / "v.mp4", 25);
+  for (int i = 0; i < 5; ++i) writer.Add(NumberedFrame(64, 48, i));
+  writer.Finish();
+  RequireOurFilm(folder / "v.mp4");
+  RequireOurFilm(folder / "new.mp4");
+  // As a film gets its sound.
+  Ffmpeg({"-i", folder / "v.mp4", "-f", "lavfi", "-i", "sine=d=0.2", "-c:v", "copy", folder / "sound.mp4"});
+  RequireOurFilm(folder / "sound.mp4");
+  Ffmpeg({"-i", folder / "v.mp4", "-map_metadata", "-1", "-c", "copy", folder / "other.mp4"});
+  EXPECT_THROW(RequireOurFilm(folder / "other.mp4"), UsageError);
+  Write(folder / "text.mp4", "years of work");
+  EXPECT_THROW(RequireOurFilm(folder / "text.mp4"), UsageError);
+  EXPECT_THROW(RequireOurFilm(folder.path()), UsageError);
 }
 
 // Whatever the memory held before: an encoder that reads what it has not written makes another film each time.

@@ -44,6 +44,7 @@ class Encoder : public VideoEncoder {
     stream_->time_base = codec_->time_base;
     stream_->avg_frame_rate = codec_->framerate;
     Check(avio_open(&output->pb, url.c_str(), AVIO_FLAG_WRITE));
+    av_dict_set(&output->metadata, "comment", kFilmComment, 0);
     AVDictionary* options = nullptr;
     av_dict_set(&options, "movflags", "+faststart", 0);
     if (ticks_per_s_ > 0) av_dict_set_int(&options, "video_track_timescale", ticks_per_s_, 0);

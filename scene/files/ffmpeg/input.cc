@@ -13,6 +13,7 @@
 #include <string_view>
 
 extern "C" {
+#include <libavutil/dict.h>
 #include <libavutil/dovi_meta.h>
 #include <libavutil/mem.h>
 }
@@ -183,6 +184,8 @@ VideoClaims Input::Claims() const {
   claims.tick_s = av_q2d(video_->time_base);
   for (unsigned i = 0; i < format_->nb_streams; ++i)
     claims.has_sound |= format_->streams[i]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO;
+  if (const AVDictionaryEntry* comment = av_dict_get(format_->metadata, "comment", nullptr, 0))
+    claims.comment = comment->value;
   claims.frames = ShownFrames(*video_, *format_->iformat);
   claims.counted = claims.frames > 0 && claims.frames < kMostFrames;
   if (claims.counted) return claims;
