@@ -166,6 +166,14 @@ void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on) {
   if (!known) throw std::invalid_argument("SwitchEffect: no effect is called " + std::string(name));
 }
 
+std::string EffectListOf(const RadianceSettings& settings) {
+  std::vector<std::string_view> on;
+  ForEachEffect([&]<typename M> {
+    if (M::On(settings)) on.push_back(M::kName);
+  });
+  return on.empty() ? "none" : fmt::format("{}", fmt::join(on, ","));
+}
+
 void ApplyEffectList(const std::string& effects, RadianceSettings& settings, Decided& decided) {
   if (effects == "auto") return;
   if (effects.empty()) throw UsageError("--effects takes auto, none, or a list; not nothing");

@@ -41,6 +41,9 @@ std::string EffectsHelp();  // of --effects
 // Throws std::invalid_argument for a name that is not among them.
 void SwitchEffect(RadianceSettings& settings, std::string_view name, bool on);
 
+// As --effects takes it: the list of those that are on, or none.
+std::string EffectListOf(const RadianceSettings& settings);
+
 // --effects: auto, none, or a list. A list switches on its effects and all others off, except those that `decided`
 // holds already; all effects then are `decided`. Throws UsageError.
 void ApplyEffectList(const std::string& list, RadianceSettings& settings, Decided& decided);

@@ -27,17 +27,19 @@ class PageExport::Listener final : public ProgressSink {
   PageExport& page_;
 };
 
-PageExport::PageExport(std::filesystem::path scene, std::string proxy, std::filesystem::path file)
+PageExport::PageExport(std::filesystem::path scene, std::string proxy, std::string effects, std::filesystem::path file)
     : file_(std::move(file)),
       task_("web page"),
-      thread_([this, scene = std::move(scene), proxy = std::move(proxy)] { Work(scene, proxy); }) {}
+      thread_([this, scene = std::move(scene), proxy = std::move(proxy), effects = std::move(effects)] {
+        Work(scene, proxy, effects);
+      }) {}
 
 PageExport::~PageExport() { thread_.join(); }
 
-void PageExport::Work(const std::filesystem::path& scene, const std::string& proxy) {
+void PageExport::Work(const std::filesystem::path& scene, const std::string& proxy, const std::string& effects) {
   try {
     Listener listener(*this);
-    std::vector<std::string> arguments{"web", scene.string(), "-o", file_.string()};
+    std::vector<std::string> arguments{"web", scene.string(), "-o", file_.string(), "--effects", effects};
     if (!proxy.empty()) arguments.insert(arguments.end(), {"--proxy", proxy});
     mb_ = RunSibling({"lumi-export", arguments, "", ""}, listener).summary.As<PageSummary>().mb;
   } catch (...) {

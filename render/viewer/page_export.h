@@ -14,8 +14,9 @@ namespace lumi {
 
 class PageExport {
  public:
-  // proxy: its name in the scene, or a mesh file. file: FILE.html, or a folder for a web server.
-  PageExport(std::filesystem::path scene, std::string proxy, std::filesystem::path file);
+  // proxy: its name in the scene, or a mesh file. effects: as --effects takes them. file: FILE.html, or a folder for a
+  // web server.
+  PageExport(std::filesystem::path scene, std::string proxy, std::string effects, std::filesystem::path file);
   ~PageExport();  // waits until it ended
   PageExport(const PageExport&) = delete;
   PageExport& operator=(const PageExport&) = delete;
@@ -28,7 +29,7 @@ class PageExport {
 
  private:
   class Listener;
-  void Work(const std::filesystem::path& scene, const std::string& proxy);
+  void Work(const std::filesystem::path& scene, const std::string& proxy, const std::string& effects);
   void SayTask(const std::string& task);
 
   const std::filesystem::path file_;

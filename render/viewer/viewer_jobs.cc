@@ -146,7 +146,9 @@ std::filesystem::path Viewer::PageName() const {
 void Viewer::StartExport(const std::filesystem::path& file) {
   if (jobs_.page_export) throw UsageError("a web page is being made");
   const bool in_scene = std::ranges::find(facts_.proxies, facts_.proxy) != facts_.proxies.end();
-  jobs_.page_export = std::make_unique<PageExport>(scene_.folder, in_scene ? facts_.proxy : options_.proxy, file);
+  // With the effects that are seen.
+  jobs_.page_export = std::make_unique<PageExport>(scene_.folder, in_scene ? facts_.proxy : options_.proxy,
+                                                   EffectListOf(settings_.radiance), file);
 }
 
 void Viewer::StepExport() {

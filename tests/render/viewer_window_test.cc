@@ -241,12 +241,16 @@ TEST_F(ViewerWindow, ARecordingThatIsCancelledLeavesNothingAndOneOfWhatIsSeenLas
 
 TEST_F(ViewerWindow, ExportsAWebPageAndSaysWhyNot) {
   const fs::path page = folder_ / "page.html";
-  const Result made = RunViewer({"--script", "export-page " + page.string()});
+  const Result made = RunViewer({"--script", "effects fov,sharpness; export-page " + page.string()});
   if (!skip_.empty()) GTEST_SKIP() << "no OpenGL window here: " << skip_;
   ASSERT_EQ(made.exit_code, 0) << made.messages;
   const std::string text = ReadText(page);
   EXPECT_NE(text.find("<meta name=\"generator\" content=\"Lumigraph\">"), std::string::npos);
   EXPECT_NE(text.find("part-manifest"), std::string::npos);
+  // With the effects that the viewer shows.
+  for (const char* effect : {R"("name":"fov","on":true)", R"("name":"sharpness","on":true)",
+                             R"("name":"visibility","on":false)", R"("name":"prefilter","on":false)"})
+    EXPECT_THAT(text, testing::HasSubstr(effect));
   // Somebody else's stays, and is named.
   WriteTextAtomically(page, "dear");
   const Result refused = RunViewer({"--script", "export-page " + page.string()});
