@@ -1,13 +1,19 @@
 #include "pipeline/import_scene.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <chrono>
 
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
+#include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/scene_masks.h"
 #include "scene/files/taken_photos.h"
 #include "scene/program/error.h"
+#include "scene/program/parallel_each.h"
 #include "scene/program/version.h"
 
 namespace lumi {
@@ -17,7 +23,7 @@ namespace {
 constexpr const char* kStage = "import";
 // Says that a folder without a manifest is ours: an import that was killed.
 constexpr const char* kUnfinishedMark = "IMPORT-UNFINISHED";
-constexpr const char* kNewImages = ".images-import";
+constexpr const char *kNewImages = ".images-import", *kNewMasks = ".masks-import";
 
 // As lumi-reconstruct's.
 JsonKeys SummaryOf(const Scene& scene, bool reused) {
@@ -49,7 +55,8 @@ void RequireImportedBefore(const fs::path& output) {
 // An output without a manifest holds nothing but this import's: it goes, and the folder where it is left empty.
 void RemoveUnfinished(const fs::path& output) {
   std::error_code ignored;
-  for (const char* made : {kNewImages, "lumigraph.json", "images", "sparse"}) fs::remove_all(output / made, ignored);
+  for (const char* made : {kNewImages, kNewMasks, "lumigraph.json", "images", "masks", "sparse"})
+    fs::remove_all(output / made, ignored);
   fs::remove(output / "provenance" / (std::string(kStage) + ".json"), ignored);
   fs::remove(output / "provenance", ignored);  // empty folders only
   fs::remove(output / "LOCK", ignored);
@@ -57,6 +64,28 @@ void RemoveUnfinished(const fs::path& output) {
   if (left > 1) return;  // proxies of an earlier import: the mark says whose they are
   fs::remove(output / kUnfinishedMark, ignored);
   fs::remove(output, ignored);
+}
+
+// The masks that the input has beside its photos, moved along with them. How many there are.
+std::size_t WriteMasks(const Scene& input, const Scene& ours, const fs::path& folder, ProgressSink& sink) {
+  std::error_code error;
+  if (!fs::is_directory(input.folder / "masks", error)) return 0;
+  // In another tool's workspace they belong to the photos as they were taken: what `ours` was made of.
+  const SceneMasks masks(ours, input.folder / "masks", !fs::exists(input.folder / "lumigraph.json", error));
+  Progress progress(sink, "masks", static_cast<long>(ours.views.size()));
+  std::vector<char> has(ours.views.size());
+  ParallelEach(ours.views.size(), 1, [&](std::size_t i) {
+    progress.Step();
+    const Image8 mask = masks.Of(ours.views[i]);
+    if (mask.empty()) return;
+    WriteImage(folder / (ours.views[i].name + ".png"), mask);
+    has[i] = 1;
+  });
+  const auto count = static_cast<std::size_t>(std::ranges::count(has, 1));
+  if (count > 0)
+    sink.Message(fmt::format("{}: {} of {} photos have a mask; dense proxies leave out what is black in it",
+                             (input.folder / "masks").string(), count, ours.views.size()));
+  return count;
 }
 
 }  // namespace
@@ -83,6 +112,9 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
   wanted.version = kVersion;
   wanted.options["rescale_cameras"] = options.rescale_cameras ? "true" : "false";
   wanted.inputs[scene.image_folder.string()] = Fingerprint(scene.image_folder);
+  std::error_code no_masks;
+  if (const fs::path masks = scene.folder / "masks"; fs::is_directory(masks, no_masks))
+    wanted.inputs[masks.string()] = Fingerprint(masks);
   if (const auto model = FindColmapModel(options.input)) wanted.inputs[model->string()] = Fingerprint(*model);
 
   StageResult result;
@@ -97,21 +129,27 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       const FolderLock lock(options.output);
       WriteTextAtomically(options.output / kUnfinishedMark,
                           "An import is being written, or was killed; a second run starts it again.\n");
-      fs::remove_all(options.output / kNewImages);
+      const auto before = ReadProvenance(options.output, kStage);
+      for (const char* left : {kNewImages, kNewMasks}) fs::remove_all(options.output / left);
       Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
       // Of a scene of ours, whose photos are undistorted already, what it says of them goes along.
       if (const auto taken = ReadTakenPhotos(scene.image_folder); !taken.empty())
         WriteTakenPhotos(taken, options.output / kNewImages);
+      const std::size_t masks = WriteMasks(scene, ours, options.output / kNewMasks, progress);
       // From here on old and new must not mix: without a manifest the folder is no scene.
       fs::remove(options.output / "lumigraph.json");
       fs::remove_all(options.output / "images");
       fs::rename(options.output / kNewImages, options.output / "images");
+      // Somebody else's masks in the output stay where this import has none.
+      if (masks > 0 || (before && before->outputs.contains("masks"))) fs::remove_all(options.output / "masks");
+      if (masks > 0) fs::rename(options.output / kNewMasks, options.output / "masks");
       ours.image_folder = options.output / "images";
       ours.folder = options.output;
       ours.active_proxy.clear();
       UpdateFrameOfReference(ours);
       WriteScene(ours, options.output);
       wanted.outputs["images"] = Fingerprint(options.output / "images");
+      if (masks > 0) wanted.outputs["masks"] = Fingerprint(options.output / "masks");
       wanted.outputs["sparse"] = Fingerprint(options.output / "sparse");
       wanted.outputs["lumigraph.json"] = kChangedLater;
       wanted.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -14,6 +14,7 @@
 #include "scene/files/image_io.h"
 #include "scene/files/provenance.h"
 #include "scene/files/scene_folder.h"
+#include "scene/files/scene_masks.h"
 #include "scene/program/error.h"
 #include "scene/program/parallel_each.h"
 #include "scene/program/registers.h"
@@ -274,6 +275,7 @@ void StereoMaps::ReadPhotos(ProgressSink& progress) {
       if (mine_[v])
         for (const SourceView& s : sources_[v]) needed[static_cast<std::size_t>(s.view.value)] = true;
   }
+  const SceneMasks masks(scene_);
   Progress steps(progress, "reading photos", std::ranges::count(needed, true));
   ParallelEach(scene_.views.size(), 1, [&](std::size_t v) {
     if (!needed[v]) return;
@@ -283,12 +285,9 @@ void StereoMaps::ReadPhotos(ProgressSink& progress) {
     StereoPicture& picture = pictures_[v];
     picture.camera = MakeStereoCamera(scene_, view, size.x(), size.y());
     picture.grey = GreyOf(Resize(photo, size.x(), size.y()));
-    const std::filesystem::path mask = FindMask(scene_.folder / "masks", view.name);
-    if (!mask.empty()) {
-      const Image8 kept = Resize(ReadImage8(mask, 3), size.x(), size.y());
-      picture.ignored = Image8(size.x(), size.y(), 1);
-      for (std::size_t p = 0; p < picture.ignored.data.size(); ++p)
-        picture.ignored.data[p] = static_cast<std::uint8_t>(255 - kept.data[3 * p]);
+    if (const Image8 mask = masks.Of(view); !mask.empty()) {
+      picture.ignored = Resize(mask, size.x(), size.y());
+      for (std::uint8_t& value : picture.ignored.data) value = static_cast<std::uint8_t>(255 - value);
     }
     const std::filesystem::path silhouette = FindMask(scene_.folder / "silhouettes", view.name);
     if (!silhouette.empty()) picture.object = GreyOf(Resize(ReadImage8(silhouette, 3), size.x(), size.y()));

@@ -7,6 +7,7 @@
 #include "scene/files/atomic_file.h"
 #include "scene/files/colmap_model.h"
 #include "scene/files/provenance.h"
+#include "scene/files/scene_masks.h"
 #include "scene/files/taken_photos.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
@@ -24,10 +25,10 @@ struct Workspace {
   fs::path path = folder / "workspace";
   fs::path output = folder / "scene";
   Workspace() { WriteColmapModel(MakeSmallScene(path / "images", 5), path / "sparse"); }
-  void Distort() const {
+  void Distort(const std::vector<double>& camera = kDistorted) const {
     Scene scene = MakeSmallScene(path / "images", 5);
     scene.cameras[0].model = CameraModel::kSimpleRadial;
-    scene.cameras[0].params = kDistorted;
+    scene.cameras[0].params = camera;
     WriteColmapModel(scene, path / "sparse");
   }
   StageResult Import() const { return ImportScene({path, output, false}, SilentProgress()); }
@@ -107,6 +108,54 @@ TEST(ImportScene, WhatThePhotosWereBeforeTheyWereUndistortedGoesAlong) {
   const std::vector<TakenPhoto> again = ReadTakenPhotos(w.folder / "again/images");
   ASSERT_EQ(again.size(), 5U);
   EXPECT_EQ(again[0].camera.params, kDistorted);
+}
+
+// Black squares on white.
+Image8 Squares() {
+  Image8 picture(64, 48, 3, 255);
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        if ((x / 8 + y / 8) % 2 == 0) picture.At(x, y, c) = 0;
+  return picture;
+}
+// The share of the pixels that are black in one and white in the other.
+double Unlike(const Image8& a, const Image8& b) {
+  int unlike = 0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x) unlike += (a.At(x, y, 0) > 127) != (b.At(x, y, 0) > 127);
+  return static_cast<double>(unlike) / (a.width * a.height);
+}
+
+TEST(ImportScene, MasksComeAlongAndMoveWithTheirPhotos) {
+  const Workspace w;
+  w.Distort({60, 32, 24, 0.4});
+  WriteImage(w.path / "images/photo11.png", Squares());
+  WriteImage(w.path / "masks/photo11.png.png", Squares());
+  w.Import();
+  const Image8 photo = ReadImage8(w.output / "images/photo11.png"),
+               mask = ReadImage8(w.output / "masks/photo11.png.png");
+  ASSERT_EQ(mask.width, photo.width);
+  ASSERT_EQ(mask.height, photo.height);
+  EXPECT_LT(Unlike(photo, mask), 0.08);      // at the squares' edges: one is interpolated
+  EXPECT_GT(Unlike(Squares(), mask), 0.25);  // not where it was
+  EXPECT_FALSE(fs::exists(w.output / "masks/photo10.png.png"));
+  // Where the workspace is used as it is, too.
+  const Scene workspace = OpenScene(w.path, {.cache_folder = w.folder / "cache"}, SilentProgress());
+  const Image8 same = SceneMasks(workspace).Of(workspace.views[1]);
+  ASSERT_EQ(same.width, mask.width);
+  EXPECT_EQ(Unlike(same, mask), 0);
+  EXPECT_TRUE(SceneMasks(workspace).Of(workspace.views[0]).empty());
+  // A scene's own masks are of its photos.
+  const Scene scene = OpenScene(w.output, {}, SilentProgress());
+  EXPECT_EQ(Unlike(SceneMasks(scene).Of(scene.views[1]), mask), 0);
+  ImportScene({w.output, w.folder / "again", false}, SilentProgress());
+  EXPECT_EQ(Unlike(ReadImage8(w.folder / "again/masks/photo11.png.png"), mask), 0);
+  // They go with the workspace's.
+  EXPECT_TRUE(w.Import().reused);
+  fs::remove_all(w.path / "masks");
+  EXPECT_FALSE(w.Import().reused);
+  EXPECT_FALSE(fs::exists(w.output / "masks"));
 }
 
 TEST(ImportScene, NothingIsLeftWhenAPhotoCannotBeRead) {

@@ -1,0 +1,29 @@
+// The masks of a scene's photos, in masks/ beside them: what is black is ignored (COLMAP's convention, and its names).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "scene/files/taken_photos.h"
+
+namespace lumi {
+
+class SceneMasks {
+ public:
+  // SCENE/masks/. In a scene of this suite they show what its photos show; in another tool's workspace they belong to
+  // the photos as they were taken. Throws InputError as ReadTakenPhotos.
+  explicit SceneMasks(const Scene& scene);
+  // folder: of masks that, with as_taken, belong to the photos as they were taken.
+  SceneMasks(const Scene& scene, std::filesystem::path folder, bool as_taken);
+
+  std::filesystem::path File(const View& view) const;  // empty: the photo has no mask
+  // One channel, of the file's size, or of the undistorted photo's where it was moved along; empty: none. Throws
+  // InputError. May be called by any number of threads.
+  Image8 Of(const View& view) const;
+
+ private:
+  std::filesystem::path folder_;
+  std::optional<TakenToScene> taken_;
+};
+
+}  // namespace lumi
