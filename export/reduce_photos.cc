@@ -234,8 +234,12 @@ ReducedPhotos Reduce(const Lumigraph& lumigraph, const PhotoReduction& reduction
   return reduced;
 }
 
-ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
-                        std::vector<PhotoReduction>& tried, ProgressSink& sink) {
+namespace {
+
+// Of each number of photos and each size the best quality that fits by what a few photos tell, those with the most
+// bytes first. Without `all`, none that only loses detail.
+std::vector<PhotoReduction> Fitting(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
+                                    bool all) {
   int widest = 0;
   for (const View& view : lumigraph.scene().views) widest = std::max(widest, SizePx(lumigraph.scene(), view).x());
   const std::vector<double> scales = ScalesOf(lumigraph);
@@ -255,33 +259,56 @@ ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_wi
         break;
       }
       if (!fitting.empty() && fitting.back().every == every && fitting.back().scale == scale &&
-          fitting.back().quality >= kBestCoded)
+          fitting.back().quality >= kBestCoded && !all)
         break;  // smaller versions of the same photos only lose detail
     }
     if (!fitting.empty() && fitting.back().every == every && fitting.back().scale >= scales.front() - 1e-9 &&
-        fitting.back().quality >= kBestCoded)
+        fitting.back().quality >= kBestCoded && !all)
       break;  // all of them fit as large as they are held, with hardly any loss
   }
-  const auto nothing_fits = [&] {
-    return DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
-                                 lumigraph.scene().views.size(), max_bytes / 1e6),
-                     "give more with --max-mb, or a folder instead of one page (-o DIR)");
-  };
   std::ranges::stable_sort(fitting, std::greater(), &PhotoReduction::mb);
-  std::vector<PhotoReduction> measured;
-  for (PhotoReduction& r : fitting) {
-    if (measured.size() == kMostTried) break;
+  return fitting;
+}
+
+// Reduces the photos, coarser than r says where they take more than their samples told. excess: by how much they took
+// more so far. Nothing: not even at the lowest quality they fit.
+std::optional<ReducedPhotos> ReduceWithin(const Lumigraph& lumigraph, PhotoReduction& r, double max_bytes,
+                                          double bytes_a_byte, double& excess, ProgressSink& sink) {
+  for (;;) {
+    double told = BytesOf(lumigraph, r) * bytes_a_byte;
+    while (told * excess > max_bytes && Coarsen(r)) told = BytesOf(lumigraph, r) * bytes_a_byte;
     ReducedPhotos reduced = Reduce(lumigraph, r, sink);
-    const auto bytes = [&] { return static_cast<double>(BytesOf(reduced)) * bytes_a_byte; };
-    while (bytes() > max_bytes && Coarsen(r)) reduced = Reduce(lumigraph, r, sink);  // more than its samples told
-    if (bytes() > max_bytes) continue;
+    const double bytes = static_cast<double>(BytesOf(reduced)) * bytes_a_byte;
     r.own = reduced.reduction.own;
-    r.mb = bytes() / 1e6;
-    r.psnr_db = HeldOutDb(lumigraph, reduced);
-    measured.push_back(r);
-    tried.push_back(r);
+    r.mb = bytes / 1e6;
+    if (bytes <= max_bytes) return reduced;
+    excess = std::max(excess, bytes / told);
+    if (!Coarsen(r)) return std::nullopt;
   }
-  if (measured.empty()) throw nothing_fits();
+}
+
+}  // namespace
+
+ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
+                        std::vector<PhotoReduction>& tried, ProgressSink& sink) {
+  std::vector<PhotoReduction> measured;
+  double excess = 1;
+  for (const bool all : {false, true}) {
+    for (PhotoReduction& r : Fitting(lumigraph, max_bytes, max_width_px, bytes_a_byte, all)) {
+      if (measured.size() == kMostTried) break;
+      const auto reduced = ReduceWithin(lumigraph, r, max_bytes, bytes_a_byte, excess, sink);
+      if (!reduced) continue;
+      r.psnr_db = HeldOutDb(lumigraph, *reduced);
+      measured.push_back(r);
+    }
+    if (!measured.empty()) break;
+  }
+  if (measured.empty())
+    throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
+                                lumigraph.scene().views.size(), max_bytes / 1e6),
+                    "give more with --max-mb, or a folder instead of one page (-o DIR)");
+  std::ranges::stable_sort(measured, std::greater(), &PhotoReduction::mb);
+  tried.insert(tried.end(), measured.begin(), measured.end());
   return Reduce(lumigraph, *std::ranges::max_element(measured, {}, &PhotoReduction::psnr_db), sink);
 }
 

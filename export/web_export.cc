@@ -161,8 +161,8 @@ WebSummary ExportWeb(const WebOptions& o, ProgressSink& sink) {
   const double bytes = one_file ? WriteOneFile(page, o.output) : WriteWebFolder(page, o.output);
   if (bytes > max_bytes)
     sink.Message(
-        fmt::format("{} has {:.1f} MB, more than the {:.1f} asked for: smaller versions of the photos, for the "
-                    "first pictures, take more than expected",
+        fmt::format("{} has {:.1f} MB, more than the {:.1f} asked for: what it holds beside the photos takes "
+                    "more than expected",
                     o.output.string(), bytes / 1e6, o.max_mb));
   if (!o.as_scene.empty()) WriteAsScene(reduced, mesh, summary.proxy, o.as_scene);
   summary.output = o.output.string();

@@ -32,8 +32,8 @@ int main(int argc, char** argv) {
          "--window",
          [&](int frames) {
            if (frames % 2 == 0)
-             throw lumi::UsageError("--window is odd: as many frames before as after each",
-                                    "10 and the frame itself are 11");
+             throw lumi::UsageError("takes an odd number (as many frames before as after), not " +
+                                    std::to_string(frames));
            s.half_window = (frames - 1) / 2;
          },
          "Frames around each that may fill its picture, odd [default: 11]")

@@ -112,14 +112,12 @@ class StabilizeRun {
 
   StabilizeVideoSummary Go() {
     const auto start = Clock::now();
-    facts_ = LookAtFilm(o_.input, progress_);
-    if (o_.model == "vertigo") RequireObjectFrame(o_.path_arguments, static_cast<int>(facts_.time_s.size()));
     std::error_code ec;
     if (fs::equivalent(o_.input, o_.output, ec)) throw UsageError("the output is the input", "name another file");
-    RequireOurFilm(o_.output);
-    RequireWritable(o_.output);
     RequireOurFolder(work_, "state.json");
     RequireNoOtherFilms();
+    facts_ = LookAtFilm(o_.input, progress_);
+    if (o_.model == "vertigo") RequireObjectFrame(o_.path_arguments, static_cast<int>(facts_.time_s.size()));
     const FolderLock lock(work_);
     OpenState();
     MakeWindows();
@@ -418,8 +416,10 @@ class StabilizeRun {
   fs::path FalseColorFile() const { return Beside(o_.output, "-false-color.mp4"); }
   // The names of these films follow from -o: the user has not seen them, and a film of that name may be another.
   void RequireNoOtherFilms() const {
+    RequireWritable(o_.output);
     std::error_code error;
-    if (fs::exists(work_ / "state.json", error)) return;
+    if (fs::exists(work_ / "state.json", error)) return;  // they are this command's own
+    RequireOurFilm(o_.output);
     for (const auto& [wanted, file] :
          {std::pair(o_.split_screen, SplitScreenFile()), std::pair(o_.false_color, FalseColorFile())})
       if (wanted && fs::exists(file, error))

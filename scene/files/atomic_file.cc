@@ -50,8 +50,9 @@ MachineError CannotWrite(const fs::path& path, int error) {
 // A rename would put a file in the place of /dev/null.
 void RequireRegular(const fs::path& path) {
   std::error_code error;
-  if (const auto type = fs::status(path, error).type();
-      type != fs::file_type::regular && type != fs::file_type::not_found)
+  const auto type = fs::status(path, error).type();
+  if (type == fs::file_type::none) throw CannotWrite(path, error.value());
+  if (type != fs::file_type::regular && type != fs::file_type::not_found)
     throw MachineError("cannot write: it is there already and is no file", "choose another output", path);
 }
 

@@ -205,13 +205,15 @@ bool VideoReader::truncated() const {
 
 void RequireOurFilm(const fs::path& file) {
   std::error_code error;
-  if (!fs::exists(file, error)) return;
   if (fs::is_directory(file, error)) throw UsageError(file.string() + " is a folder", "name a file");
+  RequireWritable(file);
+  if (!fs::exists(file, error) || fs::file_size(file, error) == 0) return;
   try {
-    if (LoadVideoCodecs().open(file, 1)->claims().comment == kFilmComment) return;
+    if (LoadVideoCodecs().comment(file) == kFilmComment) return;
   } catch (const InputError&) {  // no video
   }
-  throw UsageError(file.string() + " is there, and is no film of ours: nothing was touched", "choose another name");
+  throw UsageError(file.string() + " is there, and is no film of ours: nothing was touched",
+                   "choose another name, or remove it where an earlier version made it");
 }
 
 struct VideoWriter::Impl {

@@ -61,7 +61,8 @@ class VideoReader {
   std::unique_ptr<Impl> impl_;
 };
 
-// Throws UsageError where a file of that name is there that VideoWriter has not written, or a folder.
+// Before work of minutes: throws UsageError where a file of that name is there that VideoWriter has not written, or a
+// folder; MachineError where none can be written.
 void RequireOurFilm(const std::filesystem::path& file);
 
 // H.264 in an MP4, yuv420p, crf 18; frames of one size, odd sizes are padded by a pixel. The file appears under its

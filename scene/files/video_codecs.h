@@ -25,7 +25,6 @@ struct VideoClaims {
   double duration_s = 0;   // of the frames, where a file without a count of frames states it; 0: not
   bool has_sound = false;
   int width = 0, height = 0;  // of the frames as they are shown
-  std::string comment;        // the file's own
   std::vector<std::string> remarks;
 };
 
@@ -57,6 +56,7 @@ struct VideoShape {
 struct VideoCodecs {
   std::unique_ptr<VideoDecoder> (*open)(const std::filesystem::path&, int threads);  // throws InputError, MachineError
   PacketTimes (*packet_times)(const std::filesystem::path&);                         // throws InputError
+  std::string (*comment)(const std::filesystem::path&);  // the file's own; empty: none. Throws InputError
   // H.264 in an MP4 file that is made at once. Failures name `path`, which the caller shows its user for the file.
   std::unique_ptr<VideoEncoder> (*encode)(const std::filesystem::path& file, const std::filesystem::path& path,
                                           const VideoShape&, int threads);

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "scene/files/atomic_file.h"
+#include "scene/files/svg_file.h"
 #include "scene/geometry/angle.h"
 #include "scene/plot/plot.h"
 

@@ -16,6 +16,8 @@ class FieldCoder {
     return (index == 0 ? Sequence() + Picture() : "") + Field(index, false, top) + Field(index, true, bottom);
   }
 
+  static std::string Field(int index, bool bottom, int luma);
+
  private:
   struct Bits {
     std::string bytes;
@@ -71,26 +73,27 @@ class FieldCoder {
     b.Put(3, 0);
     return Unit(0x68, b);
   }
-  static std::string Field(int index, bool bottom, int luma) {
-    Bits delimiter;
-    delimiter.Put(3, 0);
-    const bool first = index == 0 && !bottom;
-    Bits b;
-    b.Golomb(0), b.Golomb(7), b.Golomb(0);  // from the first macroblock on, all of them within the picture
-    b.Put(4, static_cast<std::uint32_t>(index) % 16);
-    b.Put(2, bottom ? 0b11 : 0b10);
-    if (first) b.Golomb(0);
-    b.Put(8, static_cast<std::uint32_t>(2 * index + bottom) % 256);
-    b.Put(first ? 2 : 1, 0);
-    b.Golomb(0);
-    for (int i = 0; i < kWidth / 16 * (kHeight / 32); ++i) {
-      b.Golomb(25);
-      b.used = 8;
-      b.bytes.append(256, static_cast<char>(luma));
-      b.bytes.append(128, static_cast<char>(128));
-    }
-    return Unit(9, delimiter) + Unit(first ? 0x65 : 0x61, b);
-  }
 };
+
+inline std::string FieldCoder::Field(int index, bool bottom, int luma) {
+  Bits delimiter;
+  delimiter.Put(3, 0);
+  const bool first = index == 0 && !bottom;
+  Bits b;
+  b.Golomb(0), b.Golomb(7), b.Golomb(0);  // from the first macroblock on, all of them within the picture
+  b.Put(4, static_cast<std::uint32_t>(index) % 16);
+  b.Put(2, bottom ? 0b11 : 0b10);
+  if (first) b.Golomb(0);
+  b.Put(8, static_cast<std::uint32_t>(2 * index + bottom) % 256);
+  b.Put(first ? 2 : 1, 0);
+  b.Golomb(0);
+  for (int i = 0; i < kWidth / 16 * (kHeight / 32); ++i) {
+    b.Golomb(25);
+    b.used = 8;
+    b.bytes.append(256, static_cast<char>(luma));
+    b.bytes.append(128, static_cast<char>(128));
+  }
+  return Unit(9, delimiter) + Unit(first ? 0x65 : 0x61, b);
+}
 
 }  // namespace lumi::test

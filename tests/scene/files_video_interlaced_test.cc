@@ -18,6 +18,8 @@ using testing::IsEmpty;
 
 constexpr int kWide = 160, kHigh = 96, kFilmed = 30;
 constexpr double kPanPx = 2.5;  // a field
+// Of a picture with the one that was filmed at its moment; the picture of the frame before or after has less than 20.
+constexpr double kSameMomentDb = 27;
 
 // A pan over a texture, at the moment of a field.
 Image8 Filmed(int field, double pan_px = kPanPx, int width = kWide, int height = kHigh) {
@@ -48,10 +50,13 @@ std::vector<Image8> Whole(int step = 2) {
   return frames;
 }
 
-const std::vector<std::string> kUpperFirst{"-c:v", "libx264", "-qp", "0", "-x264-params", "tff=1"};
-const std::vector<std::string> kLowerFirst{"-c:v", "libx264", "-qp", "0", "-x264-params", "bff=1"};
-const std::vector<std::string> kMpeg2{"-c:v", "mpeg2video", "-q:v", "2", "-flags", "+ilme+ildct", "-top", "1"};
-const std::vector<std::string> kOneMoment{"-c:v", "libx264", "-qp", "0"};
+const std::vector<std::string> kUpperFirst{"-pix_fmt", "yuv420p", "-c:v",         "libx264",
+                                           "-qp",      "0",       "-x264-params", "tff=1"};
+const std::vector<std::string> kLowerFirst{"-pix_fmt", "yuv420p", "-c:v",         "libx264",
+                                           "-qp",      "0",       "-x264-params", "bff=1"};
+const std::vector<std::string> kMpeg2{"-pix_fmt", "yuv420p", "-c:v",        "mpeg2video", "-q:v",
+                                      "2",        "-flags",  "+ilme+ildct", "-top",       "1"};
+const std::vector<std::string> kOneMoment{"-pix_fmt", "yuv420p", "-c:v", "libx264", "-qp", "0"};
 
 void EncodeAs(const fs::path& film, const std::vector<Image8>& frames, std::vector<std::string> arguments) {
   arguments.push_back(film.string());
@@ -118,20 +123,26 @@ TEST(InterlacedVideo, SizesAndScansMayChangeInsideAFilm) {
   EncodeAs(folder / "whole.ts", Whole(), kOneMoment);
   EncodeAs(folder / "woven.ts", Woven(false), kUpperFirst);
   EncodeAs(folder / "small.ts", Woven(false, kPanPx, 96, 64), kUpperFirst);
-  const auto joined = [&](const std::vector<std::string>& parts) {
-    std::string bytes;
-    for (const std::string& part : parts) bytes += Read(folder / part);
-    Write(folder / "joined.ts", bytes);
-    return ReadAll(folder / "joined.ts");
-  };
   for (const auto& parts : {std::vector<std::string>{"whole.ts", "woven.ts"},
                             {"woven.ts", "small.ts"},
                             {"small.ts", "woven.ts", "small.ts"},
-                            {"woven.ts", "whole.ts", "small.ts"}}) {
+                            {"woven.ts", "whole.ts", "small.ts", "woven.ts"}}) {
     SCOPED_TRACE(testing::PrintToString(parts));
-    const ReadVideo read = joined(parts);
-    EXPECT_EQ(read.time_s.size(), parts.size() * kFilmed);
+    std::string bytes;
+    for (const std::string& part : parts) bytes += Read(folder / part);
+    Write(folder / "joined.ts", bytes);
+    const ReadVideo read = ReadAll(folder / "joined.ts");
     EXPECT_THAT(read.remarks, testing::Contains(HasSubstr("interlaced")));
+    const std::vector<Image8> pictures = PicturesOf(folder / "joined.ts");
+    ASSERT_EQ(pictures.size(), parts.size() * kFilmed);
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+      if (parts[part] == "small.ts") continue;  // all parts show the same pan; these are not as sharp
+      for (int i = 0; i < kFilmed; ++i) {
+        const Image8 moment = Resize(Filmed(2 * i), pictures[0].width, pictures[0].height);
+        EXPECT_GT(Psnr(pictures[part * kFilmed + static_cast<std::size_t>(i)], moment), kSameMomentDb)
+            << parts[part] << " " << i;
+      }
+    }
   }
 }
 
@@ -155,6 +166,8 @@ void ExpectNumbered(const fs::path& film, int frames) {
   }
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("interlaced")));
   EXPECT_FALSE(read.truncated);
+  EXPECT_NEAR(static_cast<double>(read.hint), frames, 1);
+  EXPECT_NEAR(VideoReader(film).fps(), 25, 0.1);
 }
 
 // AVCHD: one time for both fields, the second's packet has none.
@@ -179,9 +192,29 @@ TEST(InterlacedVideo, CodedFieldsMayHaveTimesOfTheirOwn) {
   std::string bytes;
   for (int i = 0; i < kFrames; ++i) bytes += FieldCoder::Frame(i, LumaOf(i), LumaOf(i + 0.5));
   Write(folder / "v.264", bytes);
-  Ffmpeg({"-f", "h264", "-framerate", "50", "-i", folder / "v.264", "-c", "copy", "-bsf:v", "setts=ts=N*1800",
-          folder / "v.ts"});
+  Ffmpeg({"-f", "h264", "-framerate", "50", "-i", folder / "v.264", "-c", "copy", "-bsf:v",
+          "setts=ts=N*1800:time_base=1/90000", folder / "v.ts"});
   ExpectNumbered(folder / "v.ts", kFrames);
+  // Copied into a file that counts what it holds: fields.
+  Ffmpeg({"-i", folder / "v.ts", "-c", "copy", folder / "v.mp4"});
+  ExpectNumbered(folder / "v.mp4", kFrames);
+}
+
+TEST(InterlacedVideo, AfterALostFieldFramesAreFoundAgain) {
+  const TempFolder folder;
+  constexpr int kFrames = 30, kLost = 10;
+  for (int i = 0; i < kFrames; ++i)
+    Write(folder / ("f" + std::to_string(100 + i) + ".264"),
+          i == kLost ? FieldCoder::Field(i, true, LumaOf(i + 0.5)) : FieldCoder::Frame(i, LumaOf(i), LumaOf(i + 0.5)));
+  Ffmpeg({"-f", "image2", "-framerate", "25", "-start_number", "100", "-c:v", "h264", "-i", folder / "f%03d.264", "-c",
+          "copy", folder / "v.m2ts"});
+  const ReadVideo read = ReadAll(folder / "v.m2ts");
+  const VideoTimes times = ReadVideoTimes(folder / "v.m2ts");
+  ASSERT_EQ(times.time_s.size(), read.time_s.size());
+  ASSERT_GE(read.number.size(), static_cast<std::size_t>(kFrames - 1));
+  EXPECT_EQ(read.number.back(), kFrames - 1);
+  EXPECT_NEAR(read.time_s.back(), (kFrames - 1) / 25.0, 1e-4);
+  EXPECT_NEAR(times.time_s.back(), (kFrames - 1) / 25.0, 1e-4);
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST(StabilizeProgram, RefusesByNameAndExitCode) {
   refused({"--min-scale", "1.5"}, 2, "--min-scale");
   refused({"--fps", "-3"}, 2, "--fps");
   refused({"--fps", "2000"}, 2, "--fps");
-  refused({"--window", "10"}, 2, "--window is odd");
+  refused({"--window", "10"}, 2, "--window: takes an odd number");
   WriteTextAtomically(folder / "mine.svg", "mine");
   refused({"--plot", folder / "mine.svg"}, 2, "no SVG");
   EXPECT_EQ(ReadText(folder / "mine.svg"), "mine");

@@ -22,7 +22,9 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // of a frame: 16384
 constexpr int kMostErrors = 1000;                           // in a row, of the decoder: a damaged file's end
 constexpr int kMostThreads = 16;                            // each holds a frame; FFmpeg warns of more
 constexpr double kFewMissing = 0.1;                         // of a file's presentation times
-constexpr std::size_t kJudgedFrames = 24;                   // whether what is marked as interlaced is so
+constexpr std::int64_t kJudgedFrames = 24;                  // whether what is marked as interlaced is so
+constexpr std::int64_t kJudgedBytes = std::int64_t{256} << 20;
+constexpr double kTwice = 0.1;  // how far a rate of fields may be from twice that of frames
 
 class Decoder : public VideoDecoder {
  public:
@@ -59,6 +61,7 @@ class Decoder : public VideoDecoder {
     claims_.width = to_rgb_->width();
     claims_.height = to_rgb_->height();
     for (std::string& remark : to_rgb_->Remarks()) claims_.remarks.push_back(std::move(remark));
+    if (second_ > 0) CountFrames();
   }
 
   bool Grab() override { return std::exchange(ahead_, false) || Next(); }
@@ -79,14 +82,16 @@ class Decoder : public VideoDecoder {
         deinterlacer_->End();
         continue;
       }
-      if (!deinterlacer_ && !MarkedInterlaced(*frame_)) return true;
-      if (!fields_) {
-        JudgeFields();
-        continue;
-      }
-      if (!*fields_) return true;
       if (!deinterlacer_) {
-        deinterlacer_.emplace(input_.path(), *frame_, threads_);
+        if (!MarkedInterlaced(*frame_)) {
+          if (fields_ == false) fields_.reset();  // what is marked later may be interlaced
+          return true;
+        }
+        if (!fields_) {
+          JudgeFields();
+          continue;
+        }
+        if (!*fields_ || !PrepareDeinterlacer()) return true;
       } else if (!deinterlacer_->Takes(*frame_)) {
         PutBack();
         deinterlacer_->End();
@@ -96,25 +101,46 @@ class Decoder : public VideoDecoder {
     }
   }
 
-  // With the first frame that is marked as interlaced, which stands in frame_: looks at those after it.
+  // frame_ is the first of frames that are marked as interlaced: looks at those after it.
   void JudgeFields() {
-    const std::string file = input_.path().filename().string();
-    fields_ = Deinterlacer::Available();
-    if (!*fields_) {
-      claims_.remarks.push_back(
-          fmt::format("{} is interlaced, and this FFmpeg lacks the filter bwdif: what moves is torn into lines", file));
+    // HEVC has no interlaced frames: each field is a frame of half the height.
+    if (context_->codec_id == AV_CODEC_ID_HEVC) {
+      Remark("has fields as frames of half the height: they are used as they are");
+      fields_ = false;
       return PutBack();
     }
     std::deque<Coded> judged;
-    do {
+    const auto most =
+        std::clamp<std::int64_t>(kJudgedBytes / (3 * std::int64_t{frame_->width} * frame_->height), 2, kJudgedFrames);
+    for (;;) {
       judged.push_back(TakeCoded());
-    } while (judged.size() < kJudgedFrames && NextCoded());
+      if (static_cast<std::int64_t>(judged.size()) >= most || !NextCoded()) break;
+      if (MarkedInterlaced(*frame_)) continue;
+      PutBack();
+      break;
+    }
     std::deque<const AVFrame*> frames;
     for (const Coded& coded : judged) frames.push_back(coded.frame.get());
     fields_ = !OfOneMoment(frames, threads_);
-    coded_ = std::move(judged);
-    if (*fields_)
-      claims_.remarks.push_back(fmt::format("{} is interlaced: each frame becomes a picture of one moment", file));
+    for (; !judged.empty(); judged.pop_back()) coded_.push_front(std::move(judged.back()));
+  }
+
+  // For frames as frame_ is.
+  bool PrepareDeinterlacer() {
+    deinterlacer_.emplace(input_.path());
+    if (deinterlacer_->Prepare(*frame_, threads_)) {
+      Remark("is interlaced: each frame becomes a picture of one moment");
+      return true;
+    }
+    Remark("is interlaced, and this FFmpeg cannot deinterlace it: what moves is torn into lines");
+    deinterlacer_.reset();
+    fields_ = false;
+    return false;
+  }
+
+  void Remark(const std::string& what) {
+    const std::string remark = fmt::format("{} {}", input_.path().filename().string(), what);
+    if (std::ranges::find(claims_.remarks, remark) == claims_.remarks.end()) claims_.remarks.push_back(remark);
   }
 
   struct Coded {
@@ -162,11 +188,32 @@ class Decoder : public VideoDecoder {
   // itself has no time for its last frames.
   void NoteStamp(const AVPacket& packet) {
     any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
-    if (second_fields_.Holds(packet)) return;
+    if (second_fields_.Holds(packet)) {
+      ++second_;
+      return;
+    }
+    NoteStep(packet);
     if (!any_key_ || (packet.flags & AV_PKT_FLAG_DISCARD)) return;
     ++stamps_;
     without_pts_ += packet.pts == AV_NOPTS_VALUE;
     if (packet.dts != AV_NOPTS_VALUE) dts_.push_back(packet.dts);
+  }
+  // Between the first two packets that begin frames.
+  void NoteStep(const AVPacket& packet) {
+    ++begun_;
+    if (packet.dts == AV_NOPTS_VALUE) return;
+    if (begun_ == 2 && !std::isnan(first_dts_s_)) step_s_ = input_.Seconds(packet.dts) - first_dts_s_;
+    if (begun_ == 1) first_dts_s_ = input_.Seconds(packet.dts);
+  }
+  // Where fields are coded one by one, a file's number of frames counts fields, and its rate may.
+  void CountFrames() {
+    // The second field of the last frame may not be read yet.
+    const double packets_a_frame = second_ + 1 >= begun_ ? 2 : static_cast<double>(begun_ + second_) / begun_;
+    if (claims_.counted || std::abs(claims_.average_fps * step_s_ - 2) < 2 * kTwice) {
+      claims_.average_fps /= packets_a_frame;
+      claims_.frames = std::lround(static_cast<double>(claims_.frames) / packets_a_frame);
+    }
+    claims_.counted = false;  // nearly: some frames may be coded as one picture
   }
   void TakeStamp() {
     if (!by_dts_) by_dts_ = without_pts_ > kFewMissing * stamps_ && static_cast<int>(dts_.size()) == stamps_;
@@ -182,8 +229,8 @@ class Decoder : public VideoDecoder {
   SecondFields second_fields_;
   CodecPtr context_;
   FramePtr frame_{av_frame_alloc()};
-  std::deque<Coded> coded_;     // frames that come before those of the decoder
-  std::optional<bool> fields_;  // whether frames that are marked as interlaced are; once the first was seen
+  std::deque<Coded> coded_;     // looked at ahead or put back; they come before the decoder's
+  std::optional<bool> fields_;  // whether frames that are marked as interlaced are deinterlaced; none: not known yet
   std::optional<Deinterlacer> deinterlacer_;
   std::optional<ToRgb> to_rgb_;
   VideoClaims claims_;
@@ -191,6 +238,8 @@ class Decoder : public VideoDecoder {
   std::int64_t stamp_ = AV_NOPTS_VALUE;  // of frame_
   std::deque<std::int64_t> dts_;         // of packets that are decoded and not shown
   int stamps_ = 0, without_pts_ = 0;
+  int begun_ = 0, second_ = 0;  // packets that begin a frame; that hold its second field
+  double first_dts_s_ = NAN, step_s_ = 0;
   bool any_key_ = false;
   std::optional<bool> by_dts_;  // decided with the first frame
 };
@@ -223,6 +272,8 @@ std::unique_ptr<VideoDecoder> OpenDecoder(const std::filesystem::path& path, int
   return std::make_unique<Decoder>(path, threads);
 }
 
+std::string ReadComment(const std::filesystem::path& path) { return Input(path).Comment(); }
+
 PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
   constexpr double kClockSetBack_s = 0.5;  // more than frames are ever reordered by, where decoding times are missing
   Input input(path);
@@ -234,7 +285,7 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
   bool any_key = false;
   SecondFields second_fields(*input.video().codecpar);
   while (input.Read(*packet)) {
-    if (second_fields.Holds(*packet)) continue;
+    const bool second = second_fields.Holds(*packet);
     const Stamp s{input.Seconds(packet->pts), input.Seconds(packet->dts)};
     // Packets before the first key frame are not shown, nor are packets after it whose presentation time is before the
     // key frame's.
@@ -242,7 +293,7 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
       any_key = true;
       first_key_s = s.pts_s;
     }
-    if (!any_key || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // an edit list makes FFmpeg set DISCARD
+    if (!any_key || second || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // an edit list makes FFmpeg set DISCARD
     const bool set_back = std::isnan(s.dts_s) ? s.pts_s < latest_pts_s - kClockSetBack_s : s.dts_s < last_dts_s;
     if (set_back) {
       AppendShown(run, times.stated_s);

@@ -6,6 +6,7 @@
 namespace lumi::ffmpeg {
 
 std::unique_ptr<VideoDecoder> OpenDecoder(const std::filesystem::path& path, int threads);
+std::string ReadComment(const std::filesystem::path& path);
 PacketTimes ReadPacketTimes(const std::filesystem::path& path);
 
 }  // namespace lumi::ffmpeg

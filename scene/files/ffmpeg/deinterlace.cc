@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -55,7 +56,10 @@ bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads) {
   };
   std::int64_t index = 0;
   for (const AVFrame* frame : frames) {
-    if (!Convertible(*frame) || ColoursOf(*frame) != colours) break;
+    // Rows of another length would be read as if they had the first frame's.
+    if (!Convertible(*frame) || ColoursOf(*frame) != colours ||
+        !std::ranges::equal(frame->linesize, frames[0]->linesize))
+      break;
     const FramePtr sent(av_frame_clone(frame));
     if (!sent) return false;
     GiveColours(*sent, colours);
@@ -67,34 +71,39 @@ bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads) {
   return whole > fields;
 }
 
-bool Deinterlacer::Available() { return avfilter_get_by_name(kFilter); }
-
-Deinterlacer::Deinterlacer(std::filesystem::path path, const AVFrame& first, int threads) : path_(std::move(path)) {
-  if (!Convertible(first)) throw InputError(path_, "has frames of a kind that cannot be read");
-  colours_ = ColoursOf(first);
+bool Deinterlacer::Prepare(const AVFrame& like, int threads) {
+  if (!Convertible(like) || !avfilter_get_by_name(kFilter)) return false;
+  colours_ = ColoursOf(like);
   const std::string chain = fmt::format("{}=mode=send_frame:deint=interlaced", kFilter);
-  if (const int error = graph_.Prepare(colours_, first.sample_aspect_ratio, chain, threads); error < 0)
-    throw InputError(path_, fmt::format("is interlaced and cannot be deinterlaced: {}", Words(error)),
-                     "deinterlace it first: ffmpeg -i IN -vf bwdif=send_frame OUT.mp4");
+  return graph_.Prepare(colours_, like.sample_aspect_ratio, chain, threads) >= 0;
 }
 
 bool Deinterlacer::Takes(const AVFrame& frame) const { return Convertible(frame) && ColoursOf(frame) == colours_; }
 
+void Deinterlacer::Check(int error) const {
+  if (error < 0)
+    throw InputError(path_, fmt::format("a frame cannot be deinterlaced: {}", Words(error)),
+                     "deinterlace it first: ffmpeg -i IN -vf bwdif=send_frame OUT.mp4");
+}
+
 void Deinterlacer::Send(AVFrame& frame, std::int64_t stamp) {
+  ForgetWords();
   GiveColours(frame, colours_);
   frame.pts = sent_++;
-  if (const int error = graph_.Send(&frame); error < 0)
-    throw InputError(path_, fmt::format("a frame cannot be deinterlaced: {}", Words(error)));
+  Check(graph_.Send(&frame));
   stamps_.push_back(stamp);
 }
 
 void Deinterlacer::End() {
   ended_ = true;
-  graph_.Send(nullptr);
+  Check(graph_.Send(nullptr));
 }
 
 bool Deinterlacer::Receive(AVFrame& frame, std::int64_t& stamp) {
-  if (stamps_.empty() || graph_.Receive(frame) < 0) return false;
+  if (stamps_.empty()) return false;
+  const int error = graph_.Receive(frame);
+  if (error == AVERROR(EAGAIN) && !ended_) return false;
+  Check(error);
   stamp = stamps_.front();
   stamps_.pop_front();
   return true;

@@ -22,16 +22,18 @@ bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads);
 // come out as they are.
 class Deinterlacer {
  public:
-  static bool Available();
-  Deinterlacer(std::filesystem::path path, const AVFrame& first, int threads);  // throws InputError
-  bool Takes(const AVFrame& frame) const;                                       // of the first one's size and colours
-  void Send(AVFrame& frame, std::int64_t stamp);                                // throws InputError
-  void End();
-  // False: another frame has to be sent first, or after End: all came out.
+  explicit Deinterlacer(std::filesystem::path path) : path_(std::move(path)) {}
+  // For frames like this one. False where this FFmpeg lacks the filter, or has none for such frames.
+  bool Prepare(const AVFrame& like, int threads);
+  bool Takes(const AVFrame& frame) const;         // of the size and colours that it was prepared for
+  void Send(AVFrame& frame, std::int64_t stamp);  // throws InputError
+  void End();                                     // no frame follows
+  // False: another frame has to be sent first, or after End: all came out. Throws InputError.
   bool Receive(AVFrame& frame, std::int64_t& stamp);
   bool ended() const { return ended_; }
 
  private:
+  void Check(int error) const;
   std::filesystem::path path_;
   Colours colours_;  // of all frames
   FilterGraph graph_;

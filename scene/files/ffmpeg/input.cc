@@ -176,6 +176,11 @@ double Input::PixelAspect(AVFrame& frame) const {
   return aspect.num > 0 && aspect.den > 0 ? av_q2d(aspect) : 1;
 }
 
+std::string Input::Comment() const {
+  const AVDictionaryEntry* comment = av_dict_get(format_->metadata, "comment", nullptr, 0);
+  return comment ? comment->value : "";
+}
+
 VideoClaims Input::Claims() const {
   VideoClaims claims;
   claims.average_fps = Rate(video_->avg_frame_rate);
@@ -184,8 +189,6 @@ VideoClaims Input::Claims() const {
   claims.tick_s = av_q2d(video_->time_base);
   for (unsigned i = 0; i < format_->nb_streams; ++i)
     claims.has_sound |= format_->streams[i]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO;
-  if (const AVDictionaryEntry* comment = av_dict_get(format_->metadata, "comment", nullptr, 0))
-    claims.comment = comment->value;
   claims.frames = ShownFrames(*video_, *format_->iformat);
   claims.counted = claims.frames > 0 && claims.frames < kMostFrames;
   if (claims.counted) return claims;

@@ -30,6 +30,7 @@ class Input {
   bool Read(AVPacket& packet);  // the next packet of the video; false at the end, also where the file is cut off
   Turn StatedTurn() const;
   double PixelAspect(AVFrame& frame) const;  // width of a pixel over its height; 1 where neither file nor frame says it
+  std::string Comment() const;               // the file's own; empty: none
   VideoClaims Claims() const;                // all but size and remarks
 
  private:

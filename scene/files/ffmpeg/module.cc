@@ -5,7 +5,7 @@
 namespace {
 
 constexpr lumi::VideoCodecs kVideoCodecs{lumi::ffmpeg::OpenDecoder, lumi::ffmpeg::ReadPacketTimes,
-                                         lumi::ffmpeg::OpenEncoder};
+                                         lumi::ffmpeg::ReadComment, lumi::ffmpeg::OpenEncoder};
 
 }  // namespace
 

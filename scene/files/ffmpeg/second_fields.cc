@@ -17,13 +17,15 @@ bool SecondFields::Holds(const AVPacket& packet) {
   std::uint8_t* picture = nullptr;
   int size = 0;
   parser_->picture_structure = AV_PICTURE_STRUCTURE_UNKNOWN;
+  parser_->field_order = AV_FIELD_UNKNOWN;
   av_parser_parse2(parser_.get(), context_.get(), &picture, &size, packet.data, packet.size, packet.pts, packet.dts,
                    packet.pos);
-  // Of a packet with both fields this is the first: two of them in a row hold the same one.
+  // Of packets with both fields it is always the same one.
   const int field = parser_->picture_structure;
   const bool is_field = field == AV_PICTURE_STRUCTURE_TOP_FIELD || field == AV_PICTURE_STRUCTURE_BOTTOM_FIELD;
   const int before = std::exchange(begun_, is_field ? field : 0);
-  if (!is_field || before == 0 || before == field) return false;
+  // The parser knows an order where two fields have one frame's number: after a lost field, frames are found again.
+  if (!is_field || before == 0 || before == field || parser_->field_order == AV_FIELD_UNKNOWN) return false;
   begun_ = 0;
   return true;
 }
