@@ -27,6 +27,7 @@ namespace {
 constexpr int kFold = 8;             // as lumi-render --holdout 8
 constexpr std::size_t kJudges = 4;   // photos that a reduction is judged by, at most
 constexpr std::size_t kSamples = 6;  // photos whose JPEGs tell how large all will be
+constexpr double kMuchMore = 1.1;    // than they told: other reductions fit than those that seemed to
 constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
 // Of photos whose longer side then has at least kLeastLongestPx.
 constexpr double kFinerScales[] = {0.1875, 0.125, 0.09375, 0.0625};
@@ -291,18 +292,21 @@ std::optional<ReducedPhotos> ReduceWithin(const Lumigraph& lumigraph, PhotoReduc
 
 ReducedPhotos ReduceFor(const Lumigraph& lumigraph, double max_bytes, int max_width_px, double bytes_a_byte,
                         std::vector<PhotoReduction>& tried, ProgressSink& sink) {
-  std::vector<PhotoReduction> measured;
+  std::vector<PhotoReduction> measured, failed;
   double excess = 1;
-  for (const bool all : {false, true}) {
-    for (PhotoReduction& r : Fitting(lumigraph, max_bytes, max_width_px, bytes_a_byte, all)) {
-      if (measured.size() == kMostTried) break;
+  const auto measure = [&](double within, bool all) {
+    for (PhotoReduction& r : Fitting(lumigraph, within, max_width_px, bytes_a_byte, all)) {
+      if (measured.size() == kMostTried) return;
+      const auto same = [&](const PhotoReduction& other) { return other.every == r.every && other.scale == r.scale; };
+      if (std::ranges::any_of(measured, same) || std::ranges::any_of(failed, same)) continue;
       const auto reduced = ReduceWithin(lumigraph, r, max_bytes, bytes_a_byte, excess, sink);
-      if (!reduced) continue;
-      r.psnr_db = HeldOutDb(lumigraph, *reduced);
-      measured.push_back(r);
+      if (reduced) r.psnr_db = HeldOutDb(lumigraph, *reduced);
+      (reduced ? measured : failed).push_back(r);
     }
-    if (!measured.empty()) break;
-  }
+  };
+  measure(max_bytes, false);
+  if (excess > kMuchMore) measure(max_bytes / excess, false);
+  if (measured.empty()) measure(max_bytes / excess, true);
   if (measured.empty())
     throw DataError(fmt::format("{} photos do not fit into {:.1f} MB, whatever is done to them",
                                 lumigraph.scene().views.size(), max_bytes / 1e6),

@@ -69,9 +69,10 @@ void RemoveUnfinished(const fs::path& output) {
 // The masks that the input has beside its photos, moved along with them. How many there are.
 std::size_t WriteMasks(const Scene& input, const Scene& ours, const fs::path& folder, ProgressSink& sink) {
   std::error_code error;
-  if (!fs::is_directory(input.folder / "masks", error)) return 0;
+  const fs::path from = MasksFolder(input);
+  if (!fs::is_directory(from, error)) return 0;
   // In another tool's workspace they belong to the photos as they were taken: what `ours` was made of.
-  const SceneMasks masks(ours, input.folder / "masks", !fs::exists(input.folder / "lumigraph.json", error));
+  const SceneMasks masks(ours, from, !fs::exists(input.folder / "lumigraph.json", error));
   Progress progress(sink, "masks", static_cast<long>(ours.views.size()));
   std::vector<char> has(ours.views.size());
   ParallelEach(ours.views.size(), 1, [&](std::size_t i) {
@@ -84,8 +85,28 @@ std::size_t WriteMasks(const Scene& input, const Scene& ours, const fs::path& fo
   const auto count = static_cast<std::size_t>(std::ranges::count(has, 1));
   if (count > 0)
     sink.Message(fmt::format("{}: {} of {} photos have a mask; dense proxies leave out what is black in it",
-                             (input.folder / "masks").string(), count, ours.views.size()));
+                             from.string(), count, ours.views.size()));
   return count;
+}
+
+// Whether these masks are as an earlier import has written them.
+bool IsOfImport(const fs::path& masks, const std::optional<Provenance>& before) {
+  if (!before) return false;
+  const auto written = before->outputs.find("masks");
+  return written != before->outputs.end() && written->second == Fingerprint(masks);
+}
+
+// Puts the new masks into their place; somebody else's there stay, and false is returned.
+bool ReplaceMasks(const fs::path& output, const std::optional<Provenance>& before, ProgressSink& sink) {
+  std::error_code error;
+  if (fs::exists(output / "masks", error) && !IsOfImport(output / "masks", before)) {
+    sink.Message((output / "masks").string() + " was not made by an import: it stays, in place of the input's masks");
+    fs::remove_all(output / kNewMasks);
+    return false;
+  }
+  fs::remove_all(output / "masks");
+  fs::rename(output / kNewMasks, output / "masks");
+  return true;
 }
 
 }  // namespace
@@ -113,7 +134,7 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
   wanted.options["rescale_cameras"] = options.rescale_cameras ? "true" : "false";
   wanted.inputs[scene.image_folder.string()] = Fingerprint(scene.image_folder);
   std::error_code no_masks;
-  if (const fs::path masks = scene.folder / "masks"; fs::is_directory(masks, no_masks))
+  if (const fs::path masks = MasksFolder(scene); fs::is_directory(masks, no_masks))
     wanted.inputs[masks.string()] = Fingerprint(masks);
   if (const auto model = FindColmapModel(options.input)) wanted.inputs[model->string()] = Fingerprint(*model);
 
@@ -140,16 +161,15 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       fs::remove(options.output / "lumigraph.json");
       fs::remove_all(options.output / "images");
       fs::rename(options.output / kNewImages, options.output / "images");
-      // Somebody else's masks in the output stay where this import has none.
-      if (masks > 0 || (before && before->outputs.contains("masks"))) fs::remove_all(options.output / "masks");
-      if (masks > 0) fs::rename(options.output / kNewMasks, options.output / "masks");
+      const bool masked = masks > 0 && ReplaceMasks(options.output, before, progress);
+      if (masks == 0 && IsOfImport(options.output / "masks", before)) fs::remove_all(options.output / "masks");
       ours.image_folder = options.output / "images";
       ours.folder = options.output;
       ours.active_proxy.clear();
       UpdateFrameOfReference(ours);
       WriteScene(ours, options.output);
       wanted.outputs["images"] = Fingerprint(options.output / "images");
-      if (masks > 0) wanted.outputs["masks"] = Fingerprint(options.output / "masks");
+      if (masked) wanted.outputs["masks"] = Fingerprint(options.output / "masks");
       wanted.outputs["sparse"] = Fingerprint(options.output / "sparse");
       wanted.outputs["lumigraph.json"] = kChangedLater;
       wanted.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

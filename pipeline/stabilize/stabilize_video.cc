@@ -416,10 +416,9 @@ class StabilizeRun {
   fs::path FalseColorFile() const { return Beside(o_.output, "-false-color.mp4"); }
   // The names of these films follow from -o: the user has not seen them, and a film of that name may be another.
   void RequireNoOtherFilms() const {
-    RequireWritable(o_.output);
-    std::error_code error;
-    if (fs::exists(work_ / "state.json", error)) return;  // they are this command's own
     RequireOurFilm(o_.output);
+    std::error_code error;
+    if (fs::exists(work_ / "state.json", error)) return;
     for (const auto& [wanted, file] :
          {std::pair(o_.split_screen, SplitScreenFile()), std::pair(o_.false_color, FalseColorFile())})
       if (wanted && fs::exists(file, error))

@@ -113,7 +113,7 @@ Mesh MakeDense(const Scene& scene, const DenseRequest& r, const fs::path& maps_f
 
 std::map<std::string, std::string> SeenBy(const Scene& scene) {
   return {{"images", Fingerprint(scene.image_folder)},
-          {"masks", Fingerprint(scene.folder / "masks")},
+          {"masks", Fingerprint(MasksFolder(scene))},
           {"silhouettes", Fingerprint(scene.folder / "silhouettes")}};
 }
 

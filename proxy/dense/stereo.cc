@@ -214,7 +214,8 @@ std::string StereoMaps::Key() const {
   for (const auto& [name, value] : OptionValues(options_)) key += name + " " + value + "\n";
   // The last digits depend on the registers' width.
   key += fmt::format("registers of {} bits\n", 8 * WidestRegister());
-  key += "photos " + Fingerprint(scene_.image_folder) + "\nmasks " + Fingerprint(scene_.folder / "masks") + "\n";
+  key += "photos " + Fingerprint(scene_.image_folder) + "\nmasks " + Fingerprint(MasksFolder(scene_)) + "\n";
+  if (SceneMasks(scene_).as_taken()) key += "masks of the photos as they were taken\n";
   std::error_code error;
   if (const auto silhouettes = scene_.folder / "silhouettes"; std::filesystem::exists(silhouettes, error))
     key += "silhouettes " + Fingerprint(silhouettes) + "\n";

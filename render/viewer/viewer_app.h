@@ -193,6 +193,7 @@ class Viewer final : public ViewSession {
   void CloseRecording(const Recorder& recorder);
   void StartMeasuring();
   std::filesystem::path PageName() const;
+  std::string EffectsOfPage() const;
   void StartExport(const std::filesystem::path& file);
   void StepExport();
   std::filesystem::path VideoName() const;

@@ -143,12 +143,21 @@ std::filesystem::path Viewer::PageName() const {
   return FreeName(facts_.scene + ".html");
 }
 
+// Those that are seen; auto where they are what the data call for, or are not all known yet.
+std::string Viewer::EffectsOfPage() const {
+  if (options_.effects == "auto") {
+    RadianceSettings called_for = settings_.radiance;
+    ApplyEffects(effects_, {}, called_for);
+    if (facts_.effects_open || EffectListOf(called_for) == EffectListOf(settings_.radiance)) return "auto";
+  }
+  return EffectListOf(settings_.radiance);
+}
+
 void Viewer::StartExport(const std::filesystem::path& file) {
   if (jobs_.page_export) throw UsageError("a web page is being made");
   const bool in_scene = std::ranges::find(facts_.proxies, facts_.proxy) != facts_.proxies.end();
-  // With the effects that are seen.
-  jobs_.page_export = std::make_unique<PageExport>(scene_.folder, in_scene ? facts_.proxy : options_.proxy,
-                                                   EffectListOf(settings_.radiance), file);
+  jobs_.page_export =
+      std::make_unique<PageExport>(scene_.folder, in_scene ? facts_.proxy : options_.proxy, EffectsOfPage(), file);
 }
 
 void Viewer::StepExport() {

@@ -24,23 +24,37 @@ Image8 FirstChannel(const Image8& image) {
 
 }  // namespace
 
-SceneMasks::SceneMasks(const Scene& scene) : SceneMasks(scene, scene.folder / "masks", !IsOurs(scene.folder)) {}
+fs::path MasksFolder(const Scene& scene) {
+  const fs::path own = scene.folder / "masks";
+  std::error_code error;
+  if (fs::is_directory(own, error) || IsOurs(scene.folder)) return own;
+  constexpr int kLevels = 2;  // sparse/0
+  fs::path above = fs::absolute(scene.folder, error).lexically_normal();
+  if (!above.has_filename()) above = above.parent_path();
+  for (int level = 0; level < kLevels; ++level) {
+    above = above.parent_path();
+    if (fs::is_directory(above / "images", error) && fs::is_directory(above / "masks", error)) return above / "masks";
+  }
+  return own;
+}
+
+SceneMasks::SceneMasks(const Scene& scene) : SceneMasks(scene, MasksFolder(scene), !IsOurs(scene.folder)) {}
 
 SceneMasks::SceneMasks(const Scene& scene, fs::path folder, bool as_taken) : folder_(std::move(folder)) {
   std::error_code error;
   if (as_taken && fs::is_directory(folder_, error)) taken_.emplace(scene);
 }
 
-fs::path SceneMasks::File(const View& view) const { return FindMask(folder_, taken_ ? taken_->Name(view) : view.name); }
+fs::path SceneMasks::File(const View& view) const {
+  const fs::path file = taken_ ? FindMask(folder_, taken_->Name(view)) : fs::path();
+  return file.empty() ? FindMask(folder_, view.name) : file;
+}
 
 Image8 SceneMasks::Of(const View& view) const {
   const fs::path file = File(view);
   if (file.empty()) return {};
   Image8 mask = FirstChannel(ReadImage8(file));
-  if (!taken_ || !taken_->Moves(view)) return mask;
-  const Eigen::Vector2i size = taken_->SizePx(view);
-  if (mask.width != size.x() || mask.height != size.y()) mask = Resize(mask, size.x(), size.y());
-  return taken_->Mask(view, std::move(mask));
+  return taken_ ? taken_->Mask(view, std::move(mask)) : mask;
 }
 
 }  // namespace lumi

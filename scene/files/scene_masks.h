@@ -8,14 +8,20 @@
 
 namespace lumi {
 
+// SCENE/masks. In another tool's workspace also masks/ beside the images/ of a folder above, where the scene was given
+// as its model's folder. It need not be there.
+std::filesystem::path MasksFolder(const Scene& scene);
+
 class SceneMasks {
  public:
-  // SCENE/masks/. In a scene of this suite they show what its photos show; in another tool's workspace they belong to
+  // Of MasksFolder. In a scene of this suite they show what its photos show; in another tool's workspace they belong to
   // the photos as they were taken. Throws InputError as ReadTakenPhotos.
   explicit SceneMasks(const Scene& scene);
   // folder: of masks that, with as_taken, belong to the photos as they were taken.
   SceneMasks(const Scene& scene, std::filesystem::path folder, bool as_taken);
 
+  // Whether there are masks that belong to photos as they were taken.
+  bool as_taken() const { return taken_.has_value(); }
   std::filesystem::path File(const View& view) const;  // empty: the photo has no mask
   // One channel, of the file's size, or of the undistorted photo's where it was moved along; empty: none. Throws
   // InputError. May be called by any number of threads.

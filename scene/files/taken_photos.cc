@@ -167,14 +167,9 @@ Eigen::Vector2i TakenToScene::SizePx(const View& view) const {
   return {entry->photo.camera.width_px, entry->photo.camera.height_px};
 }
 
-bool TakenToScene::Moves(const View& view) const {
-  const Entry* const entry = Of(view);
-  return entry && !entry->photo.camera.IsPinhole();
-}
-
 std::shared_ptr<const Undistorter> TakenToScene::UndistorterOf(const View& view) const {
-  if (!Moves(view)) return nullptr;
   const Entry* const entry = Of(view);
+  if (!entry || entry->photo.camera.IsPinhole()) return nullptr;
   return entry->undistorter ? entry->undistorter
                             : std::make_shared<const Undistorter>(entry->photo.camera, entry->photo.pinhole);
 }

@@ -38,7 +38,6 @@ class TakenToScene {
   explicit TakenToScene(const Scene& scene);           // throws InputError as ReadTakenPhotos
   std::string Name(const View& view) const;            // as taken
   Eigen::Vector2i SizePx(const View& view) const;      // as taken
-  bool Moves(const View& view) const;                  // its pixels are elsewhere than in the photo as it was taken
   Image8 Photo(const View& view, Image8 photo) const;  // bicubic; of SizePx()
   Image8 Mask(const View& view, Image8 mask) const;    // one channel: the nearest pixel, 0 beyond the photo
 

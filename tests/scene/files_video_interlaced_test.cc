@@ -44,9 +44,9 @@ std::vector<Image8> Woven(bool lower_first, double pan_px = kPanPx, int width = 
   }
   return frames;
 }
-std::vector<Image8> Whole(int step = 2) {
+std::vector<Image8> Whole() {
   std::vector<Image8> frames;
-  for (int i = 0; i < kFilmed; ++i) frames.push_back(Filmed(step * i));
+  for (int i = 0; i < kFilmed; ++i) frames.push_back(Filmed(2 * i));
   return frames;
 }
 
@@ -109,6 +109,20 @@ TEST(InterlacedVideo, WhatIsMarkedSoAndIsOfOneMomentStaysAsItIs) {
   ASSERT_EQ(pictures.size(), others.size());
   // Chroma of interlaced 4:2:0 is placed otherwise; the frames are grey.
   for (std::size_t i = 0; i < pictures.size(); ++i) EXPECT_GT(Psnr(pictures[i], others[i]), 50) << i;
+}
+
+// A single marked frame tells nothing: what was found before holds.
+TEST(InterlacedVideo, OneFrameIsNoVerdict) {
+  const TempFolder folder;
+  EncodeAs(folder / "marked.ts", Whole(), kUpperFirst);
+  EncodeAs(folder / "one.ts", {Filmed(0)}, kOneMoment);
+  EncodeAs(folder / "one-marked.ts", {Filmed(0)}, kUpperFirst);
+  std::string bytes;
+  for (const char* part : {"marked.ts", "one.ts", "one-marked.ts", "one.ts", "marked.ts"}) bytes += Read(folder / part);
+  Write(folder / "joined.ts", bytes);
+  const ReadVideo read = ReadAll(folder / "joined.ts");
+  EXPECT_EQ(read.time_s.size(), 2 * kFilmed + 3U);
+  EXPECT_THAT(read.remarks, testing::Not(testing::Contains(HasSubstr("interlaced"))));
 }
 
 TEST(InterlacedVideo, WhatDoesNotMoveKeepsItsLines) {
@@ -201,20 +215,27 @@ TEST(InterlacedVideo, CodedFieldsMayHaveTimesOfTheirOwn) {
 }
 
 TEST(InterlacedVideo, AfterALostFieldFramesAreFoundAgain) {
-  const TempFolder folder;
   constexpr int kFrames = 30, kLost = 10;
-  for (int i = 0; i < kFrames; ++i)
-    Write(folder / ("f" + std::to_string(100 + i) + ".264"),
-          i == kLost ? FieldCoder::Field(i, true, LumaOf(i + 0.5)) : FieldCoder::Frame(i, LumaOf(i), LumaOf(i + 0.5)));
-  Ffmpeg({"-f", "image2", "-framerate", "25", "-start_number", "100", "-c:v", "h264", "-i", folder / "f%03d.264", "-c",
-          "copy", folder / "v.m2ts"});
-  const ReadVideo read = ReadAll(folder / "v.m2ts");
-  const VideoTimes times = ReadVideoTimes(folder / "v.m2ts");
-  ASSERT_EQ(times.time_s.size(), read.time_s.size());
-  ASSERT_GE(read.number.size(), static_cast<std::size_t>(kFrames - 1));
-  EXPECT_EQ(read.number.back(), kFrames - 1);
-  EXPECT_NEAR(read.time_s.back(), (kFrames - 1) / 25.0, 1e-4);
-  EXPECT_NEAR(times.time_s.back(), (kFrames - 1) / 25.0, 1e-4);
+  for (const bool lost_is_second : {false, true}) {
+    SCOPED_TRACE(lost_is_second);
+    const TempFolder folder;
+    for (int i = 0; i < kFrames; ++i) {
+      const std::string other = FieldCoder::Field(i, !lost_is_second, LumaOf(lost_is_second ? i : i + 0.5));
+      Write(folder / ("f" + std::to_string(100 + i) + ".264"),
+            i == kLost ? other : FieldCoder::Frame(i, LumaOf(i), LumaOf(i + 0.5)));
+    }
+    Ffmpeg({"-f", "image2", "-framerate", "25", "-start_number", "100", "-c:v", "h264", "-i", folder / "f%03d.264",
+            "-c", "copy", folder / "v.m2ts"});
+    const ReadVideo read = ReadAll(folder / "v.m2ts");
+    const VideoTimes times = ReadVideoTimes(folder / "v.m2ts");
+    ASSERT_EQ(times.time_s.size(), read.time_s.size());
+    ASSERT_GE(read.number.size(), static_cast<std::size_t>(kFrames - 1));
+    EXPECT_EQ(read.number.back(), kFrames - 1);
+    for (std::size_t i = 0; i < read.number.size(); ++i) {
+      EXPECT_NEAR(read.time_s[i], times.time_s[i], 1e-4) << i;
+      if (std::abs(read.number[i] - kLost) > 1) EXPECT_NEAR(read.time_s[i], read.number[i] / 25.0, 1e-4) << i;
+    }
+  }
 }
 
 }  // namespace

@@ -24,7 +24,6 @@ constexpr int kMostThreads = 16;                            // each holds a fram
 constexpr double kFewMissing = 0.1;                         // of a file's presentation times
 constexpr std::int64_t kJudgedFrames = 24;                  // whether what is marked as interlaced is so
 constexpr std::int64_t kJudgedBytes = std::int64_t{256} << 20;
-constexpr double kTwice = 0.1;  // how far a rate of fields may be from twice that of frames
 
 class Decoder : public VideoDecoder {
  public:
@@ -61,7 +60,13 @@ class Decoder : public VideoDecoder {
     claims_.width = to_rgb_->width();
     claims_.height = to_rgb_->height();
     for (std::string& remark : to_rgb_->Remarks()) claims_.remarks.push_back(std::move(remark));
-    if (second_ > 0) CountFrames();
+    if (second_fields_.any()) {
+      const VideoClaims of_frames = ReadPacketTimes(path).claims;
+      claims_.average_fps = of_frames.average_fps;
+      claims_.frames = of_frames.frames;
+      claims_.counted = of_frames.counted;
+      claims_.duration_s = of_frames.duration_s;
+    }
   }
 
   bool Grab() override { return std::exchange(ahead_, false) || Next(); }
@@ -95,6 +100,7 @@ class Decoder : public VideoDecoder {
       } else if (!deinterlacer_->Takes(*frame_)) {
         PutBack();
         deinterlacer_->End();
+        fields_.reset();
         continue;
       }
       deinterlacer_->Send(*frame_, stamp_);
@@ -121,7 +127,10 @@ class Decoder : public VideoDecoder {
     }
     std::deque<const AVFrame*> frames;
     for (const Coded& coded : judged) frames.push_back(coded.frame.get());
-    fields_ = !OfOneMoment(frames, threads_);
+    // Where nothing tells, as it was before.
+    const std::optional<bool> of_one_moment = OfOneMoment(frames, threads_);
+    fields_ = of_one_moment ? !*of_one_moment : judged_before_.value_or(true);
+    judged_before_ = fields_;
     for (; !judged.empty(); judged.pop_back()) coded_.push_front(std::move(judged.back()));
   }
 
@@ -188,32 +197,19 @@ class Decoder : public VideoDecoder {
   // itself has no time for its last frames.
   void NoteStamp(const AVPacket& packet) {
     any_key_ |= (packet.flags & AV_PKT_FLAG_KEY) != 0;
-    if (second_fields_.Holds(packet)) {
-      ++second_;
-      return;
+    const SecondFields::Kind kind = second_fields_.Of(packet);
+    if (kind == SecondFields::kSecond) return;
+    if (kind == SecondFields::kAfterLone && noted_) {
+      --stamps_;
+      without_pts_ -= noted_->pts == AV_NOPTS_VALUE;
+      if (noted_->dts != AV_NOPTS_VALUE && !dts_.empty()) dts_.pop_back();
     }
-    NoteStep(packet);
+    noted_.reset();
     if (!any_key_ || (packet.flags & AV_PKT_FLAG_DISCARD)) return;
     ++stamps_;
     without_pts_ += packet.pts == AV_NOPTS_VALUE;
     if (packet.dts != AV_NOPTS_VALUE) dts_.push_back(packet.dts);
-  }
-  // Between the first two packets that begin frames.
-  void NoteStep(const AVPacket& packet) {
-    ++begun_;
-    if (packet.dts == AV_NOPTS_VALUE) return;
-    if (begun_ == 2 && !std::isnan(first_dts_s_)) step_s_ = input_.Seconds(packet.dts) - first_dts_s_;
-    if (begun_ == 1) first_dts_s_ = input_.Seconds(packet.dts);
-  }
-  // Where fields are coded one by one, a file's number of frames counts fields, and its rate may.
-  void CountFrames() {
-    // The second field of the last frame may not be read yet.
-    const double packets_a_frame = second_ + 1 >= begun_ ? 2 : static_cast<double>(begun_ + second_) / begun_;
-    if (claims_.counted || std::abs(claims_.average_fps * step_s_ - 2) < 2 * kTwice) {
-      claims_.average_fps /= packets_a_frame;
-      claims_.frames = std::lround(static_cast<double>(claims_.frames) / packets_a_frame);
-    }
-    claims_.counted = false;  // nearly: some frames may be coded as one picture
+    noted_ = Noted{packet.pts, packet.dts};
   }
   void TakeStamp() {
     if (!by_dts_) by_dts_ = without_pts_ > kFewMissing * stamps_ && static_cast<int>(dts_.size()) == stamps_;
@@ -231,6 +227,7 @@ class Decoder : public VideoDecoder {
   FramePtr frame_{av_frame_alloc()};
   std::deque<Coded> coded_;     // looked at ahead or put back; they come before the decoder's
   std::optional<bool> fields_;  // whether frames that are marked as interlaced are deinterlaced; none: not known yet
+  std::optional<bool> judged_before_;  // fields_, as it was last known
   std::optional<Deinterlacer> deinterlacer_;
   std::optional<ToRgb> to_rgb_;
   VideoClaims claims_;
@@ -238,8 +235,10 @@ class Decoder : public VideoDecoder {
   std::int64_t stamp_ = AV_NOPTS_VALUE;  // of frame_
   std::deque<std::int64_t> dts_;         // of packets that are decoded and not shown
   int stamps_ = 0, without_pts_ = 0;
-  int begun_ = 0, second_ = 0;  // packets that begin a frame; that hold its second field
-  double first_dts_s_ = NAN, step_s_ = 0;
+  struct Noted {
+    std::int64_t pts, dts;
+  };
+  std::optional<Noted> noted_;  // of the packet before, if it counts
   bool any_key_ = false;
   std::optional<bool> by_dts_;  // decided with the first frame
 };
@@ -247,6 +246,21 @@ class Decoder : public VideoDecoder {
 struct Stamp {
   double pts_s = 0, dts_s = 0;
 };
+
+// Where fields are coded one by one, a file's own number and rate are of fields, or of neither.
+void CountFrames(const std::vector<double>& stated_s, VideoClaims& claims) {
+  if (claims.counted && claims.average_fps > 0)
+    claims.duration_s = static_cast<double>(claims.frames) / claims.average_fps;
+  claims.counted = false;  // a file that is cut off claims more than it holds
+  claims.frames = static_cast<long>(stated_s.size());
+  double first_s = NAN, last_s = NAN;
+  long times = 0;
+  for (const double s : stated_s) {
+    first_s = std::fmin(first_s, s), last_s = std::fmax(last_s, s);  // one of the two may be NaN
+    times += !std::isnan(s);
+  }
+  if (last_s > first_s) claims.average_fps = static_cast<double>(times - 1) / (last_s - first_s);
+}
 
 // Packets come in the order of decoding. Frames are shown in that of their presentation times, as long as the file's
 // clock goes on; where it is set back (two recordings in one file), what follows is shown after what came before.
@@ -282,10 +296,12 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
   times.claims = input.Claims();
   std::vector<Stamp> run;
   double last_dts_s = NAN, latest_pts_s = NAN, first_key_s = NAN;
-  bool any_key = false;
+  bool any_key = false, listed = false;  // listed: the packet before is the last of the run
   SecondFields second_fields(*input.video().codecpar);
   while (input.Read(*packet)) {
-    const bool second = second_fields.Holds(*packet);
+    const SecondFields::Kind kind = second_fields.Of(*packet);
+    if (kind == SecondFields::kAfterLone && listed) run.pop_back();
+    listed = false;
     const Stamp s{input.Seconds(packet->pts), input.Seconds(packet->dts)};
     // Packets before the first key frame are not shown, nor are packets after it whose presentation time is before the
     // key frame's.
@@ -293,7 +309,8 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
       any_key = true;
       first_key_s = s.pts_s;
     }
-    if (!any_key || second || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // an edit list makes FFmpeg set DISCARD
+    if (kind == SecondFields::kSecond) continue;
+    if (!any_key || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;  // an edit list makes FFmpeg set DISCARD
     const bool set_back = std::isnan(s.dts_s) ? s.pts_s < latest_pts_s - kClockSetBack_s : s.dts_s < last_dts_s;
     if (set_back) {
       AppendShown(run, times.stated_s);
@@ -301,10 +318,12 @@ PacketTimes ReadPacketTimes(const std::filesystem::path& path) {
     }
     if (s.pts_s < first_key_s) continue;
     run.push_back(s);
+    listed = true;
     last_dts_s = s.dts_s;
     latest_pts_s = std::fmax(latest_pts_s, s.pts_s);  // fmax: one of the two may be NaN
   }
   AppendShown(run, times.stated_s);
+  if (second_fields.any()) CountFrames(times.stated_s, times.claims);
   return times;
 }
 

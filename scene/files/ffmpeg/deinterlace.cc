@@ -41,11 +41,11 @@ bool MarkedInterlaced(const AVFrame& frame) {
 #endif
 }
 
-bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads) {
-  if (frames.empty() || !Convertible(*frames[0]) || !avfilter_get_by_name("idet")) return false;
+std::optional<bool> OfOneMoment(const std::deque<const AVFrame*>& frames, int threads) {
+  if (frames.empty() || !Convertible(*frames[0]) || !avfilter_get_by_name("idet")) return std::nullopt;
   const Colours colours = ColoursOf(*frames[0]);
   FilterGraph graph;
-  if (graph.Prepare(colours, frames[0]->sample_aspect_ratio, "idet", threads) < 0) return false;
+  if (graph.Prepare(colours, frames[0]->sample_aspect_ratio, "idet", threads) < 0) return std::nullopt;
   double fields = 0, whole = 0;  // frames so far, as the filter counts them
   const FramePtr judged(av_frame_alloc());
   const auto take_counts = [&] {
@@ -61,13 +61,14 @@ bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads) {
         !std::ranges::equal(frame->linesize, frames[0]->linesize))
       break;
     const FramePtr sent(av_frame_clone(frame));
-    if (!sent) return false;
+    if (!sent) return std::nullopt;
     GiveColours(*sent, colours);
     sent->pts = index++;
-    if (graph.Send(sent.get()) < 0) return false;
+    if (graph.Send(sent.get()) < 0) return std::nullopt;
     take_counts();
   }
   if (graph.Send(nullptr) >= 0) take_counts();
+  if (whole + fields == 0) return std::nullopt;
   return whole > fields;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <optional>
 
 #include "scene/files/ffmpeg/filter_graph.h"
 
@@ -14,8 +15,8 @@ namespace lumi::ffmpeg {
 bool MarkedInterlaced(const AVFrame& frame);
 
 // Successive frames that are marked as interlaced: whether most of those that something moves in are of one moment all
-// the same. False where nothing moves.
-bool OfOneMoment(const std::deque<const AVFrame*>& frames, int threads);
+// the same. None where nothing moves.
+std::optional<bool> OfOneMoment(const std::deque<const AVFrame*>& frames, int threads);
 
 // Keeps the lines of the field that was filmed first and makes the others from it and from the fields before and after
 // (FFmpeg's filter bwdif). A frame comes out for each that is sent, in order. Frames that are not marked as interlaced

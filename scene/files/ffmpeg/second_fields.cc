@@ -12,22 +12,26 @@ SecondFields::SecondFields(const AVCodecParameters& codec) {
   if (parser_) parser_->flags |= PARSER_FLAG_COMPLETE_FRAMES;
 }
 
-bool SecondFields::Holds(const AVPacket& packet) {
-  if (!parser_) return false;
+SecondFields::Kind SecondFields::Of(const AVPacket& packet) {
+  if (!parser_) return kFrame;
   std::uint8_t* picture = nullptr;
   int size = 0;
   parser_->picture_structure = AV_PICTURE_STRUCTURE_UNKNOWN;
   parser_->field_order = AV_FIELD_UNKNOWN;
   av_parser_parse2(parser_.get(), context_.get(), &picture, &size, packet.data, packet.size, packet.pts, packet.dts,
                    packet.pos);
-  // Of packets with both fields it is always the same one.
   const int field = parser_->picture_structure;
   const bool is_field = field == AV_PICTURE_STRUCTURE_TOP_FIELD || field == AV_PICTURE_STRUCTURE_BOTTOM_FIELD;
   const int before = std::exchange(begun_, is_field ? field : 0);
+  if (before == 0) return kFrame;
   // The parser knows an order where two fields have one frame's number: after a lost field, frames are found again.
-  if (!is_field || before == 0 || before == field || parser_->field_order == AV_FIELD_UNKNOWN) return false;
-  begun_ = 0;
-  return true;
+  if (is_field && before != field && parser_->field_order != AV_FIELD_UNKNOWN) {
+    begun_ = 0;
+    any_ = true;
+    return kSecond;
+  }
+  // Packets with both fields look like a row of one and the same field.
+  return any_ || before != field ? kAfterLone : kFrame;
 }
 
 }  // namespace lumi::ffmpeg
