@@ -8,6 +8,7 @@
 #include "proxy/make_proxy.h"
 #include "proxy/proxy_store.h"
 #include "proxy/simplify/simplify.h"
+#include "scene/files/scene_masks.h"
 #include "scene/files/temporary_folder.h"
 #include "scene/program/error.h"
 #include "scene/program/registers.h"

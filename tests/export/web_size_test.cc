@@ -16,6 +16,9 @@ namespace {
 TEST(WebSize, IsKeptWherePhotosAreUnlikeOneAnother) {
   constexpr double kMostMb = 1.2;
   const SimulatedCapture desk("desk", 24, 320);
+  const ProgramResult simpler =
+      RunProgram({"lumi-proxy", "simplify", desk.path(), "--faces", "2000", "--activate", "--quiet"});
+  ASSERT_EQ(simpler.exit_code, 0) << simpler.err;
   const Scene scene = OpenScene(desk.path(), {}, SilentProgress());
   std::mt19937 random(1);
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
