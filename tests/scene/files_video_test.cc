@@ -6,6 +6,7 @@
 #include <random>
 #include <set>
 
+#include "scene/files/provenance.h"
 #include "scene/program/error.h"
 #include "video_clips.h"
 
@@ -61,6 +62,14 @@ TEST(Video, FilmsOfThisSuiteAreKnownAgain) {
   Ffmpeg({"-i", folder / "v.mp4", "-f", "lavfi", "-i", "sine=d=0.2", "-c:v", "copy", folder / "sound.mp4"});
   RequireOurFilm(folder / "sound.mp4");
   Ffmpeg({"-i", folder / "v.mp4", "-map_metadata", "-1", "-c", "copy", folder / "other.mp4"});
+  EXPECT_THROW(RequireOurFilm(folder / "other.mp4"), UsageError);
+  // A scene's own, as its record has it.
+  Provenance record;
+  record.stage = "video";
+  record.outputs["other.mp4"] = Fingerprint(folder / "other.mp4");
+  WriteProvenance(folder.path(), record);
+  RequireOurFilm(folder / "other.mp4");
+  Ffmpeg({"-i", folder / "v.mp4", "-map_metadata", "-1", folder / "other.mp4"});
   EXPECT_THROW(RequireOurFilm(folder / "other.mp4"), UsageError);
   Write(folder / "text.mp4", "years of work");
   EXPECT_THROW(RequireOurFilm(folder / "text.mp4"), UsageError);
