@@ -71,8 +71,7 @@ std::size_t WriteMasks(const Scene& input, const Scene& ours, const fs::path& fo
   std::error_code error;
   const fs::path from = MasksFolder(input);
   if (!fs::is_directory(from, error)) return 0;
-  // In another tool's workspace they belong to the photos as they were taken: what `ours` was made of.
-  const SceneMasks masks(ours, from, !fs::exists(input.folder / "lumigraph.json", error));
+  const SceneMasks masks(ours, input);
   Progress progress(sink, "masks", static_cast<long>(ours.views.size()));
   std::vector<char> has(ours.views.size());
   ParallelEach(ours.views.size(), 1, [&](std::size_t i) {
@@ -89,17 +88,10 @@ std::size_t WriteMasks(const Scene& input, const Scene& ours, const fs::path& fo
   return count;
 }
 
-// Whether these masks are as an earlier import has written them.
-bool IsOfImport(const fs::path& masks, const std::optional<Provenance>& before) {
-  if (!before) return false;
-  const auto written = before->outputs.find("masks");
-  return written != before->outputs.end() && written->second == Fingerprint(masks);
-}
-
 // Puts the new masks into their place; somebody else's there stay, and false is returned.
-bool ReplaceMasks(const fs::path& output, const std::optional<Provenance>& before, ProgressSink& sink) {
+bool ReplaceMasks(const fs::path& output, ProgressSink& sink) {
   std::error_code error;
-  if (fs::exists(output / "masks", error) && !IsOfImport(output / "masks", before)) {
+  if (fs::exists(output / "masks", error) && !IsAsRecorded(output / "masks")) {
     sink.Message((output / "masks").string() + " was not made by an import: it stays, in place of the input's masks");
     fs::remove_all(output / kNewMasks);
     return false;
@@ -150,7 +142,6 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       const FolderLock lock(options.output);
       WriteTextAtomically(options.output / kUnfinishedMark,
                           "An import is being written, or was killed; a second run starts it again.\n");
-      const auto before = ReadProvenance(options.output, kStage);
       for (const char* left : {kNewImages, kNewMasks}) fs::remove_all(options.output / left);
       Scene ours = UndistortPhotos(scene, options.output / kNewImages, progress);
       // Of a scene of ours, whose photos are undistorted already, what it says of them goes along.
@@ -161,8 +152,8 @@ StageResult ImportScene(const ImportOptions& options, ProgressSink& progress) {
       fs::remove(options.output / "lumigraph.json");
       fs::remove_all(options.output / "images");
       fs::rename(options.output / kNewImages, options.output / "images");
-      const bool masked = masks > 0 && ReplaceMasks(options.output, before, progress);
-      if (masks == 0 && IsOfImport(options.output / "masks", before)) fs::remove_all(options.output / "masks");
+      const bool masked = masks > 0 && ReplaceMasks(options.output, progress);
+      if (masks == 0 && IsAsRecorded(options.output / "masks")) fs::remove_all(options.output / "masks");
       ours.image_folder = options.output / "images";
       ours.folder = options.output;
       ours.active_proxy.clear();

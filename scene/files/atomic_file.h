@@ -15,9 +15,10 @@ namespace lumi {
 // processes there. Throws MachineError (disk full, not writable), naming the file.
 void WriteFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
+void WriteTextAtomically(const std::filesystem::path& path, const std::string& text);
+
 // Before work of minutes: throws MachineError where a file of this name cannot be written. Nothing is made.
 void RequireWritable(const std::filesystem::path& path);
-void WriteTextAtomically(const std::filesystem::path& path, const std::string& text);
 
 // Such a temporary's name, for who writes a file in the course of time and puts it into its place himself: hidden,
 // beside `path`, with its extension, of at most 255 bytes. `who` tells several of one process apart.

@@ -161,6 +161,19 @@ std::optional<Provenance> ReadProvenance(const fs::path& scene_folder, const std
   return p;
 }
 
+bool IsAsRecorded(const fs::path& output) {
+  const fs::path scene_folder = output.parent_path();
+  std::error_code error;
+  for (fs::directory_iterator it(scene_folder / "provenance", error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() != ".json") continue;
+    const auto record = ReadProvenance(scene_folder, it->path().stem().string());
+    if (!record) continue;
+    const auto written = record->outputs.find(output.filename().string());
+    if (written != record->outputs.end() && written->second == Fingerprint(output)) return true;
+  }
+  return false;
+}
+
 void RecordMeasured(const fs::path& scene, const std::string& what, const std::vector<fs::path>& written) {
   const fs::path scene_folder = scene.empty() ? fs::path(".") : scene;
   std::error_code error;

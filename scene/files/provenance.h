@@ -40,6 +40,8 @@ inline constexpr const char* kChangedLater = "changed by later stages";
 
 // What STAGE recorded in that folder; none where it has not, or where that cannot be read.
 std::optional<Provenance> ReadProvenance(const std::filesystem::path& scene_folder, const std::string& stage);
+// Whether a file or folder that lies in a scene is as the record of the stage that wrote it has it.
+bool IsAsRecorded(const std::filesystem::path& output);
 // Comes last: the outputs are on the disk, also after losing power, before the record says that they are there
 // (FlushToDisk).
 void WriteProvenance(const std::filesystem::path& scene_folder, const Provenance& provenance);

@@ -38,11 +38,11 @@ fs::path MasksFolder(const Scene& scene) {
   return own;
 }
 
-SceneMasks::SceneMasks(const Scene& scene) : SceneMasks(scene, MasksFolder(scene), !IsOurs(scene.folder)) {}
+SceneMasks::SceneMasks(const Scene& scene) : SceneMasks(scene, scene) {}
 
-SceneMasks::SceneMasks(const Scene& scene, fs::path folder, bool as_taken) : folder_(std::move(folder)) {
+SceneMasks::SceneMasks(const Scene& scene, const Scene& input) : folder_(MasksFolder(input)) {
   std::error_code error;
-  if (as_taken && fs::is_directory(folder_, error)) taken_.emplace(scene);
+  if (!IsOurs(input.folder) && fs::is_directory(folder_, error)) taken_.emplace(scene);
 }
 
 fs::path SceneMasks::File(const View& view) const {

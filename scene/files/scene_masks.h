@@ -17,8 +17,8 @@ class SceneMasks {
   // Of MasksFolder. In a scene of this suite they show what its photos show; in another tool's workspace they belong to
   // the photos as they were taken. Throws InputError as ReadTakenPhotos.
   explicit SceneMasks(const Scene& scene);
-  // folder: of masks that, with as_taken, belong to the photos as they were taken.
-  SceneMasks(const Scene& scene, std::filesystem::path folder, bool as_taken);
+  // Those of `input`, for the photos of a scene that was made of it and may not have its folder yet.
+  SceneMasks(const Scene& scene, const Scene& input);
 
   // Whether there are masks that belong to photos as they were taken.
   bool as_taken() const { return taken_.has_value(); }

@@ -204,24 +204,12 @@ bool VideoReader::truncated() const {
   return claims.counted && v.read + std::max(2.0, kHintTolerance * frames) < frames;
 }
 
-namespace {
-
-// A scene's own film, as its record has it: those of earlier versions have no comment.
-bool IsFilmOfScene(const fs::path& file) {
-  const auto record = ReadProvenance(file.parent_path(), "video");
-  if (!record) return false;
-  const auto written = record->outputs.find(file.filename().string());
-  return written != record->outputs.end() && written->second == Fingerprint(file);
-}
-
-}  // namespace
-
 void RequireOurFilm(const fs::path& file) {
   std::error_code error;
   if (fs::is_directory(file, error)) throw UsageError(file.string() + " is a folder", "name a file");
   RequireWritable(file);
   if (!fs::exists(file, error) || fs::file_size(file, error) == 0) return;
-  if (IsFilmOfScene(file)) return;
+  if (IsAsRecorded(file)) return;  // a scene's film of an earlier version has no comment
   try {
     if (LoadVideoCodecs().comment(file) == kFilmComment) return;
   } catch (const InputError&) {  // no video
